@@ -1,0 +1,77 @@
+"""The only place with compile options.
+
+Two decorators: `compiled` for `scalar/` and `serial/` (one thread, callable from
+every target) and `cpu_kernel` for `cpu/` (parallel over `prange`).
+
+* `fastmath` is off: it drops NaN checks and re-orders sums, and the rounding bounds of
+  `scalar/` are proved for the order that is written.
+* `error_model="numpy"`: x / 0.0 is inf or NaN, on every target, instead of an exception.
+* Compiled code is kept on disk. numba's cache does not see edits in imported files, so
+  the folder is named by a digest of all sources of the package and of the versions.
+"""
+
+import functools
+import hashlib
+import os
+import platform
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+
+import llvmlite
+import numba
+import numpy as np
+from numba import njit
+from numba.core import config
+
+# numba's `workqueue` threading layer must not be entered by two threads at once, and
+# which layer is found depends on the machine. Kernels use every core anyway, so one at a
+# time loses nothing.
+_LAUNCH = threading.RLock()
+
+
+def _cache_folder() -> Path:
+    digest = hashlib.sha256()
+    versions = (platform.python_version(), numba.__version__, llvmlite.__version__, np.__version__)
+    digest.update(repr(versions).encode())
+    package = Path(__file__).parent
+    for source in sorted(package.rglob("*.py")):
+        digest.update(str(source.relative_to(package)).encode() + b"\0" + source.read_bytes())
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "izo_ref" / digest.hexdigest()[:16]
+
+
+@contextmanager
+def _cached_in(folder: Path):
+    """numba reads the folder when a function is decorated: set it for that moment only."""
+    before = config.CACHE_DIR
+    config.CACHE_DIR = str(folder)
+    try:
+        yield
+    finally:
+        config.CACHE_DIR = before
+
+
+CACHE_FOLDER = _cache_folder()
+
+
+def compiled(function):
+    """Compile for one thread; `scalar/` and `serial/` use nothing else."""
+    with _cached_in(CACHE_FOLDER):
+        return njit(cache=True, error_model="numpy", fastmath=False, nogil=True)(function)
+
+
+def cpu_kernel(function):
+    """Compile a kernel over `prange`; launches are serialised over Python threads."""
+    with _cached_in(CACHE_FOLDER):
+        kernel = njit(
+            cache=True, error_model="numpy", fastmath=False, nogil=True, parallel=True
+        )(function)
+
+    @functools.wraps(function)
+    def launch(*arrays):
+        with _LAUNCH:
+            return kernel(*arrays)
+
+    launch.kernel = kernel
+    return launch

@@ -1,0 +1,102 @@
+"""Zones in scaled variables, and the solvers that take one zone a thread."""
+
+import numpy as np
+from numba import prange
+
+from izo_ref._jit import cpu_kernel
+from izo_ref.serial.active_set import active_set, gram_matrix
+from izo_ref.serial.lagrangian import lagrangian_descent
+
+
+@cpu_kernel
+def scaled_rows(
+    # In:
+    nodes,  # (n_impacts, 4) i4
+    weights,  # (n_impacts, 4) f8
+    normals,  # (n_impacts, 3) f8
+    targets,  # (n_vertices, 3) f8  [m]
+    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
+    thickness,  # f8  [m]
+    # Out:
+    coefficients_out,  # (n_impacts, 4) f8, unit length in each row
+    rhs_out,  # (n_impacts,) f8  [m kg^1/2]
+    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling
+):
+    for j in prange(nodes.shape[0]):
+        length_sq = 0.0
+        gap = 0.0
+        for k in range(4):
+            coefficient = weights[j, k] * inverse_sqrt_masses[nodes[j, k]]
+            coefficients_out[j, k] = coefficient
+            length_sq += coefficient * coefficient
+            for axis in range(3):
+                gap += weights[j, k] * normals[j, axis] * targets[nodes[j, k], axis]
+        length = np.sqrt(length_sq)
+        lengths_out[j] = length
+        rhs_out[j] = (thickness - gap) / length
+        for k in range(4):
+            coefficients_out[j, k] /= length
+
+
+@cpu_kernel
+def solve_active_set(
+    # In:
+    zones,  # (n,) i8, those to solve
+    impact_offsets,  # (n_zones + 1,) i8
+    nodes,  # (n_impacts, 4) i4, zone by zone; -1 for pinned
+    coefficients,  # (n_impacts, 4) f8
+    normals,  # (n_impacts, 3) f8
+    rhs,  # (n_impacts,) f8  [m kg^1/2]
+    # Out:
+    multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
+    statuses_out,  # (n_zones,) i1, of serial/active_set.py
+    steps_out,  # (n_zones,) i4
+):
+    for i in prange(zones.shape[0]):
+        begin, end = impact_offsets[zones[i]], impact_offsets[zones[i] + 1]
+        gram = np.empty((end - begin, end - begin))
+        gram_matrix(nodes[begin:end], coefficients[begin:end], normals[begin:end], gram)
+        status, steps = active_set(
+            gram, rhs[begin:end], 100 + 20 * (end - begin), multipliers_out[begin:end]
+        )
+        statuses_out[zones[i]] = status
+        steps_out[zones[i]] = steps
+
+
+@cpu_kernel
+def solve_lagrangian(
+    # In:
+    impact_offsets,  # (n_zones + 1,) i8
+    vertex_offsets,  # (n_zones + 1,) i8
+    nodes,  # (n_impacts, 4) i4, into the unknowns; -1 for pinned
+    coefficients,  # (n_impacts, 4) f8
+    normals,  # (n_impacts, 3) f8
+    rhs,  # (n_impacts,) f8
+    curvatures,  # (n_unknowns,) f8, kappa of the objective
+    centres,  # (n_unknowns, 3) f8
+    mus,  # (n_zones,) f8, penalty weights
+    first_steps,  # (n_zones,) f8
+    parameters,  # Descent
+    # Out:
+    unknowns_out,  # (n_unknowns, 3) f8
+    multipliers_out,  # (n_impacts,) f8
+    steps_out,  # (n_zones,) i4
+):
+    for zone in prange(impact_offsets.shape[0] - 1):
+        steps_out[zone] = lagrangian_descent(
+            impact_offsets[zone],
+            impact_offsets[zone + 1],
+            vertex_offsets[zone],
+            vertex_offsets[zone + 1],
+            nodes,
+            coefficients,
+            normals,
+            rhs,
+            curvatures,
+            centres,
+            mus[zone],
+            first_steps[zone],
+            parameters,
+            unknowns_out,
+            multipliers_out,
+        )

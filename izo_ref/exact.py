@@ -1,0 +1,44 @@
+"""Exact answers to small questions about floats, which are rationals."""
+
+from fractions import Fraction
+from itertools import combinations
+
+
+def _solve(columns, rhs):
+    """The unique solution of an overdetermined system, or None. All Fractions."""
+    rows = [[column[i] for column in columns] + [rhs[i]] for i in range(len(rhs))]
+    n = len(columns)
+    for k in range(n):
+        pivot = next((i for i in range(k, len(rows)) if rows[i][k] != 0), None)
+        if pivot is None:
+            return None  # dependent columns
+        rows[k], rows[pivot] = rows[pivot], rows[k]
+        rows[k] = [value / rows[k][k] for value in rows[k]]
+        for i in range(len(rows)):
+            if i != k and rows[i][k] != 0:
+                factor = rows[i][k]
+                rows[i] = [v - factor * w for v, w in zip(rows[i], rows[k], strict=True)]
+    if any(row[n] != 0 for row in rows[n:]):
+        return None  # no solution
+    return [rows[k][n] for k in range(n)]
+
+
+def simplices_meet(points_a, points_b) -> bool:
+    """Whether the convex hulls of two small sets of points have a point in common, exactly.
+
+    The hulls meet if sum_i l_i a_i - sum_j m_j b_j = 0, sum l = 1, sum m = 1 has a
+    solution l, m >= 0. If it has one, it has one whose columns are linearly independent
+    (a basic solution), so it is enough to try each subset of the columns.
+
+    Args:
+        points_a, points_b: sequences of points, three floats each.
+    """
+    columns = [[*map(Fraction, map(float, p)), Fraction(1), Fraction(0)] for p in points_a]
+    columns += [[*(-Fraction(float(v)) for v in p), Fraction(0), Fraction(1)] for p in points_b]
+    rhs = [Fraction(0)] * 3 + [Fraction(1)] * 2
+    for size in range(2, len(columns) + 1):
+        for subset in combinations(columns, size):
+            solution = _solve(subset, rhs)
+            if solution is not None and min(solution) >= 0:
+                return True
+    return False

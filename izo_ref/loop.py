@@ -1,0 +1,184 @@
+"""The outer loop: detect, select, group, solve, until the path is free (SPEC section 6)."""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref.cpu import advance as kernels
+from izo_ref.detect import Detector
+from izo_ref.selection import select_impacts
+from izo_ref.solve import solve_system
+from izo_ref.types import Impacts, join_impacts, no_impacts
+from izo_ref.zones import build_zones, zone_system
+
+
+class Iteration(NamedTuple):
+    """One line of the history."""
+
+    round: int  # 0: the main loop; 1, 2, ...: re-linearisation; -1: scaling back
+    iteration: int
+    moved: int  # vertices that moved since the last detection
+    candidates: int  # pairs looked at
+    found: int  # impacts of the path
+    added: int  # of these selected
+    impacts: int  # in all zones now
+    zones: int
+    solved: int  # zones solved in this iteration
+    objective: float  # [m^2], after it
+    detect_s: float
+    solve_s: float
+
+
+def objective(scene, positions) -> float:
+    """[m^2], sum m |x - y|^2 / sum m over the unpinned vertices (page eq. 1)."""
+    free = ~scene.pinned
+    if not free.any():
+        return 0.0
+    masses = scene.masses[free]
+    offsets = (positions - scene.positions_t1)[free]
+    return float((masses * (offsets**2).sum(axis=1)).sum() / masses.sum())
+
+
+class Loop:
+    """Where the outer loop stands.
+
+    Attributes:
+        positions: (n, 3) f8 [m], x.
+        impacts: `Impacts`, all that entered the zones.
+        multipliers: (n_impacts,) f8 [kg].
+        active: (n_impacts,) b1, impacts that hold x.
+        stuck: (n,) b1, vertices of zones that no positions satisfy.
+        blocked: impacts of pinned vertices only, found on the path.
+        history: list of `Iteration`.
+    """
+
+    def __init__(self, scene, thickness, options, on_iteration=None):
+        self.scene = scene
+        self.thickness = thickness
+        self.options = options
+        self.history = []
+        self._on_iteration = on_iteration
+        self._detector = Detector(
+            scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.batch_pairs
+        )
+        self._seen = None  # positions of the last detection, and what it found
+        self._pending = no_impacts()
+        self.restart(no_impacts())
+
+    def restart(self, impacts: Impacts):
+        """Back to the candidate positions, with these impacts and nothing solved."""
+        self.positions = self.scene.positions_t1.copy()
+        self.impacts = impacts
+        self.multipliers = np.zeros(len(impacts.toi))
+        self.active = np.zeros(len(impacts.toi), bool)
+        self.stuck = np.zeros(len(self.scene.pinned), bool)
+        self.blocked = no_impacts()
+
+    def save(self):
+        return self.positions, self.impacts, self.multipliers, self.active, self.stuck
+
+    def restore(self, saved):
+        self.positions, self.impacts, self.multipliers, self.active, self.stuck = saved
+
+    def run(self, round_number: int) -> bool:
+        """Iterate until the path is free; False if it is not, after all that may be tried."""
+        if len(self.impacts.toi):
+            self._solve(0)
+        for iteration in range(1, self.options.max_iterations + 1):
+            begin = time.perf_counter()
+            found, moved = self.detect()
+            middle = time.perf_counter()
+            selected = select_impacts(found, self.scene.pinned, self.options.selection)
+            hopeless = self.stuck[found.nodes].any(axis=1)
+            new = found.take(selected & ~hopeless)
+            n_before = len(self.impacts.toi)
+            self.impacts = join_impacts((self.impacts, new))
+            n_zones, n_solved = self._solve(n_before) if len(new.toi) else (0, 0)
+            self.record(
+                Iteration(
+                    round_number,
+                    iteration,
+                    moved,
+                    sum(self._detector.tally.pairs.values()),
+                    len(found.toi),
+                    len(new.toi),
+                    len(self.impacts.toi),
+                    n_zones,
+                    n_solved,
+                    objective(self.scene, self.positions),
+                    middle - begin,
+                    time.perf_counter() - middle,
+                )
+            )
+            if len(new.toi) == 0:
+                return len(found.toi) == 0
+        return len(self.detect()[0].toi) == 0
+
+    def record(self, iteration: Iteration):
+        self.history.append(iteration)
+        if self._on_iteration is not None:
+            self._on_iteration(iteration)
+
+    def detect(self):
+        """Impacts of the path to the positions now, but those of pinned vertices only.
+
+        Only pairs with a vertex that moved since the last detection are looked at; of the
+        others, those that met then meet now.
+
+        Returns:
+            `Impacts`, and how many vertices moved.
+        """
+        if self._seen is None:
+            moved = np.ones(len(self.positions), bool)
+        else:
+            moved = (self.positions != self._seen).any(axis=1)
+        still = ~moved[self._pending.nodes].any(axis=1)
+        found = self._detector.find(self.positions, moved)
+        self._pending = join_impacts((self._pending.take(still), found))
+        self._seen = self.positions.copy()
+        prescribed = self.scene.pinned[self._pending.nodes].all(axis=1)
+        self.blocked = self._pending.take(prescribed)
+        return self._pending.take(~prescribed), int(moved.sum())
+
+    def _solve(self, first_new: int):
+        """Solve the zones with an impact from `first_new` on; others keep their solution."""
+        zones = build_zones(self.scene, self.impacts)
+        dirty = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1]) >= first_new
+        stuck = np.logical_or.reduceat(self.stuck[zones.vertices], zones.vertex_offsets[:-1])
+        for zone in np.flatnonzero(stuck):
+            self.stuck[zones.vertices_of(zone)] = True
+        chosen = np.flatnonzero(dirty & ~stuck)
+        if len(chosen) == 0:
+            return len(zones), 0
+        system = zone_system(self.scene, self.impacts, zones, chosen, self.thickness)
+        solution = solve_system(system, self.options)
+
+        rows = _members(zones.impacts, zones.impact_offsets, chosen)
+        vertices = _members(zones.vertices, zones.vertex_offsets, chosen)
+        solved = np.repeat(solution.feasible, np.diff(system.vertex_offsets))
+        free = solution.positions[: len(vertices)]
+        self.positions[vertices[solved]] = free[solved]
+        self.stuck[vertices[~solved]] = True
+        self.multipliers = _extended(self.multipliers, len(self.impacts.toi))
+        self.active = _extended(self.active, len(self.impacts.toi))
+        self.multipliers[rows] = solution.multipliers
+        self.active[rows] = solution.active
+        return len(zones), len(chosen)
+
+    def relinearized(self) -> Impacts:
+        """The active impacts, with normals and weights of the closest points at x."""
+        kept = self.impacts.take(self.active)
+        weights, normals = np.empty_like(kept.weights), np.empty_like(kept.normals)
+        kernels.closest_frames(self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
+        return kept._replace(weights=weights, normals=normals)
+
+
+def _members(values, offsets, chosen):
+    return np.concatenate([values[offsets[zone] : offsets[zone + 1]] for zone in chosen])
+
+
+def _extended(values, n):
+    result = np.zeros(n, values.dtype)
+    result[: len(values)] = values
+    return result

@@ -1,0 +1,65 @@
+"""Every choice and tolerance, in one place, with its unit and its reason."""
+
+from dataclasses import dataclass, fields
+
+from izo_ref.errors import OptionError
+
+CHOICES = {
+    "selection": ("independent", "first-of-any", "all"),
+    "method": ("auto", "active-set", "interior-point", "gradient"),
+    "line_search": ("backtracking",),
+    "preset": (None, "xrtailor"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Options of `resolve`.
+
+    Attributes:
+        selection: which of the impacts found enter the zones (SPEC 6): `independent`, by
+            time and no free vertex twice, ends closest to the candidate positions and
+            takes the most iterations; `first-of-any`, those that are the earliest for one
+            of their free vertices; `all`.
+        max_iterations: detections of the main loop before zones are scaled back. ARCSim
+            allows 100; the steps this was developed on take 2 to 50.
+        relinearize: rounds at most in which the active impacts get new normals and
+            weights at the answer (SPEC 6). 0 switches it off.
+        relinearize_gain: a round pays if it lowers the objective by this fraction at
+            least; else it is the last.
+        method: how a zone is solved; `auto` takes the closed form for one impact,
+            `active-set` up to `small_zone` impacts and `interior-point` above.
+        line_search: of the method `gradient`.
+        preset: parameters of another system for the method `gradient`, by its name.
+        small_zone: [impacts], see `method`. An active-set solve costs the third power of
+            the active impacts, an interior-point solve of this size 20 sparse
+            factorisations.
+        gap_tolerance: relative duality gap at which a zone counts as solved.
+        violation_tolerance: largest violation, as a fraction of the thickness, at which a
+            zone counts as solved.
+        thickness_fraction: thickness if none is given, as a fraction of the median length
+            of the edges at the start.
+        batch_pairs: [pairs] candidate pairs in memory at once; 64 B each.
+    """
+
+    selection: str = "independent"
+    max_iterations: int = 100
+    relinearize: int = 3
+    relinearize_gain: float = 1e-3
+    method: str = "auto"
+    line_search: str = "backtracking"
+    preset: str | None = None
+    small_zone: int = 512
+    gap_tolerance: float = 1e-9
+    violation_tolerance: float = 1e-9
+    thickness_fraction: float = 1e-3
+    batch_pairs: int = 1 << 20
+
+    def __post_init__(self):
+        for name, choices in CHOICES.items():
+            if getattr(self, name) not in choices:
+                raise OptionError(f"{name}: expected one of {choices}, got {getattr(self, name)!r}")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name not in CHOICES and not value >= 0:
+                raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")

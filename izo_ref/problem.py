@@ -1,0 +1,153 @@
+"""The zone problem, its solution, and the residuals that judge every solver."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref.errors import IndexRangeError, MassError, NonFiniteError, ShapeError, ThicknessError
+
+
+class ZoneProblem:
+    """Minimise 1/2 sum_i m_i |x_i - y_i|^2 subject to N_j . sum_k a_jk x[nodes_jk] >= d.
+
+    Args:
+        nodes: (n_impacts, 4) indices into targets.
+        weights: (n_impacts, 4), a.
+        normals: (n_impacts, 3), N.
+        targets: (n, 3) [m], y.
+        masses: (n,) [kg], m > 0; infinite for a pinned vertex, which stays at its target.
+        thickness: [m], d > 0.
+
+    Raises:
+        ShapeError, NonFiniteError, IndexRangeError, MassError, ThicknessError.
+
+    Source: SPEC sections 1 and 5.
+    """
+
+    def __init__(self, nodes, weights, normals, targets, masses, thickness):
+        self.targets = _finite("targets", targets, (-1, 3))
+        self.nodes = np.ascontiguousarray(nodes, dtype=np.int32)
+        n, k = len(self.nodes), len(self.targets)
+        if self.nodes.shape != (n, 4):
+            raise ShapeError(f"nodes: expected shape (m, 4), got {self.nodes.shape}")
+        bad = np.flatnonzero(((self.nodes < 0) | (self.nodes >= k)).any(axis=1))
+        if len(bad):
+            raise IndexRangeError(
+                f"nodes: expected indices 0 to {k - 1}, the first row with others is "
+                f"{bad[0]}: {self.nodes[bad[0]].tolist()}"
+            )
+        self.weights = _finite("weights", weights, (n, 4))
+        self.normals = _finite("normals", normals, (n, 3))
+        self.masses = np.ascontiguousarray(masses, dtype=np.float64)
+        if self.masses.shape != (k,):
+            raise ShapeError(f"masses: expected shape ({k},), got {self.masses.shape}")
+        bad = np.flatnonzero(~(self.masses > 0.0))
+        if len(bad):
+            raise MassError(f"masses: expected > 0 [kg], got {self.masses[bad[0]]} at {bad[0]}")
+        self.thickness = checked_thickness(thickness)
+
+    @property
+    def inverse_sqrt_masses(self):
+        """(n,) f8 [kg^-1/2], 0 for pinned vertices."""
+        return 1.0 / np.sqrt(self.masses)
+
+    def gaps(self, positions):
+        """(n_impacts,) f8 [m], frozen gap less the thickness; negative is a violation."""
+        points = np.einsum("jk,jkx->jx", self.weights, positions[self.nodes])
+        return np.einsum("jx,jx->j", self.normals, points) - self.thickness
+
+    def pull(self, multipliers):
+        """(n, 3) f8 [kg m], A^T multipliers: sum_j a_ji N_j l_j."""
+        forces = np.zeros_like(self.targets)
+        terms = self.weights[:, :, None] * (multipliers[:, None] * self.normals)[:, None, :]
+        np.add.at(forces, self.nodes.ravel(), terms.reshape(-1, 3))
+        return forces
+
+
+def _finite(name, values, shape):
+    array = np.ascontiguousarray(values, dtype=np.float64)
+    expected = tuple(found if want < 0 else want for want, found in zip(shape, array.shape))
+    if array.ndim != 2 or array.shape != expected:
+        raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad):
+        raise NonFiniteError(f"{name}: expected finite numbers, the first other is at {bad[0]}")
+    return array
+
+
+def checked_thickness(thickness) -> float:
+    try:
+        value = float(thickness)
+    except (TypeError, ValueError):
+        value = math.nan
+    if not (value > 0.0 and math.isfinite(value)):
+        raise ThicknessError(f"thickness: expected a number > 0 [m], got {thickness!r}")
+    return value
+
+
+class Residuals(NamedTuple):
+    """How far (positions, multipliers) are from the optimum; +inf where undefined.
+
+    With objective p = 1/2 sum m |x - y|^2, rows A and multipliers l of A x >= d:
+    """
+
+    violation_m: float  # [m], largest d - A x
+    violation: float  # violation_m over the thickness
+    dual_violation: float  # largest -l over the largest |l|
+    stationarity: float  # |M (x - y) - A^T l| over |M (x - y)|, in the norm of M^-1
+    complementarity: float  # sum l |A x - d| over p
+    gap: float  # duality gap over p
+
+    def solved(self, gap_tolerance, violation_tolerance):
+        return self.gap <= gap_tolerance and self.violation <= violation_tolerance
+
+
+def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
+    """Judge a solution without asking the solver.
+
+    The gap of p(x) over the dual function at l+ = max(l, 0) is, for any x and l,
+    1/2 |M (x - y) - A^T l+|^2 + l+ . (A x - d), the norm in M^-1: written so, nothing
+    cancels. The second term is taken with |A x - d|, so a violation cannot hide a gap.
+
+    Source: SPEC section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
+    """
+    if not (np.isfinite(positions).all() and np.isfinite(multipliers).all()):
+        return Residuals(*[math.inf] * len(Residuals._fields))
+    scale = problem.inverse_sqrt_masses[:, None]
+    free = scale[:, 0] > 0.0
+    moved = np.zeros_like(problem.targets)
+    moved[free] = (positions - problem.targets)[free] / scale[free]
+    objective = 0.5 * float(np.sum(moved**2))
+    slack = problem.gaps(positions)
+    clamped = np.maximum(multipliers, 0.0)
+    error = float(np.sum((moved - scale * problem.pull(clamped)) ** 2))
+    products = float(np.sum(clamped * np.abs(slack)))
+    violation = max(0.0, float(np.max(-slack, initial=0.0)))
+    largest = float(np.max(np.abs(multipliers), initial=0.0))
+    negative = max(0.0, float(np.max(-multipliers, initial=0.0)))
+    return Residuals(
+        violation_m=violation,
+        violation=violation / problem.thickness,
+        dual_violation=_ratio(negative, largest),
+        stationarity=math.sqrt(_ratio(error, 2.0 * objective)),
+        complementarity=_ratio(products, objective),
+        gap=_ratio(0.5 * error + products, objective),
+    )
+
+
+def _ratio(value, scale):
+    if scale > 0.0:
+        return value / scale
+    return 0.0 if value == 0.0 else math.inf
+
+
+class ZoneSolution(NamedTuple):
+    """What a solver returns; `residuals` are computed outside of it."""
+
+    positions: np.ndarray  # (n, 3) f8 [m]
+    multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
+    residuals: Residuals
+    method: str
+    iterations: int
+    feasible: bool  # False: the solver showed that nothing satisfies the constraints

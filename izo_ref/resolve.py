@@ -1,0 +1,188 @@
+"""Resolve a step: the end positions closest to the proposed ones, on a free path."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from izo_ref.certify import PathCertificate, certify_path
+from izo_ref.errors import DeviceUnavailable, OptionError
+from izo_ref.fallback import ScaledBack, scale_back
+from izo_ref.loop import Iteration, Loop, objective
+from izo_ref.numbering import geometric_order, impacts_back, renumbered
+from izo_ref.options import Options
+from izo_ref.problem import Residuals, checked_thickness, residuals
+from izo_ref.scene import Scene
+from izo_ref.types import Impacts, Status
+from izo_ref.zones import Zones, build_zones, zone_problem
+
+
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """What `resolve` returns. Converged, feasible and free are three separate facts.
+
+    Attributes:
+        positions: (n, 3) f8 [m], end of the path; pinned vertices, and all that nothing
+            pushes, are at their proposed positions bit for bit.
+        status: `Status`.
+        objective: [m^2], sum m |x - y|^2 / sum m over the unpinned vertices.
+        thickness: [m], the one used.
+        converged: every zone is solved to tolerance, and none was scaled back.
+        feasible: every zone satisfies its constraints to tolerance.
+        impacts: `Impacts` that entered the zones, by kind and nodes. Times are those at
+            which a pair was first met; normals and weights those last used.
+        multipliers: (n_impacts,) f8 [kg].
+        zones: `Zones` of these impacts.
+        residuals: one `Residuals` a zone.
+        certificate: `PathCertificate` of the path that is returned.
+        scaled_back: list of `ScaledBack`, empty unless the status is FREE_BY_FALLBACK or
+            BLOCKED.
+        time_free: until when the path is certified free; 1 if it is.
+        history: list of `Iteration`.
+        timings: seconds by stage.
+    """
+
+    positions: np.ndarray
+    status: Status
+    objective: float
+    thickness: float
+    converged: bool
+    feasible: bool
+    impacts: Impacts
+    multipliers: np.ndarray
+    zones: Zones
+    residuals: list[Residuals]
+    certificate: PathCertificate
+    scaled_back: list[ScaledBack]
+    time_free: float
+    history: list[Iteration]
+    timings: dict[str, float]
+
+
+def resolve(
+    scene: Scene,
+    thickness: float | None = None,
+    device: str = "cpu",
+    options: Options | None = None,
+    *,
+    on_iteration=None,
+) -> Result:
+    """Find end positions close to the proposed ones whose straight path touches nothing.
+
+    Args:
+        scene: `Scene`.
+        thickness: [m], distance that impacts keep at the end, positive. None takes
+            `options.thickness_fraction` of the median edge length at the start.
+        device: `cpu`, or `auto`, which is the same for now.
+        options: `Options`.
+        on_iteration: called with each `Iteration` as it ends.
+
+    Returns:
+        `Result`. It is free, or says that it is not.
+
+    Raises:
+        ThicknessError, OptionError, DeviceUnavailable.
+
+    Source: SPEC sections 6 and 7.
+    """
+    options = options or Options()
+    _check_device(device)
+    thickness = _thickness(scene, thickness, options)
+    times = {"start": time.perf_counter()}
+
+    order = geometric_order(scene)
+    loop = Loop(renumbered(scene, order), thickness, options, on_iteration)
+    free = loop.run(0)
+    times["main"] = time.perf_counter()
+    if free and len(loop.blocked.toi) == 0:
+        _relinearize(loop, options)
+    times["relinearize"] = time.perf_counter()
+    scaled_back = [] if free else scale_back(loop)
+    times["scale_back"] = time.perf_counter()
+
+    positions = np.empty_like(scene.positions_t1)
+    positions[order] = loop.positions
+    certificate = certify_path(scene, positions, options)
+    times["certify"] = time.perf_counter()
+
+    impacts, index = impacts_back(loop.impacts, order, scene.faces)
+    multipliers = loop.multipliers[index]
+    zones = build_zones(scene, impacts)
+    judged = [
+        _judge(scene, impacts, multipliers, zones, zone, thickness, positions)
+        for zone in range(len(zones))
+    ]
+    times["judge"] = time.perf_counter()
+    converged = not scaled_back and all(
+        r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
+    )
+    if not certificate.free:
+        status = Status.BLOCKED
+    else:
+        status = Status.FREE if converged else Status.FREE_BY_FALLBACK
+    return Result(
+        positions=positions,
+        status=status,
+        objective=objective(scene, positions),
+        thickness=thickness,
+        converged=converged,
+        feasible=all(r.violation <= options.violation_tolerance for r in judged),
+        impacts=impacts,
+        multipliers=multipliers,
+        zones=zones,
+        residuals=judged,
+        certificate=certificate,
+        scaled_back=[ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back],
+        time_free=certificate.time_free,
+        history=loop.history,
+        timings=_durations(times),
+    )
+
+
+def _relinearize(loop: Loop, options: Options):
+    """Take the normals again at the answer, as often as it pays (SPEC section 6)."""
+    best = objective(loop.scene, loop.positions)
+    for number in range(1, options.relinearize + 1):
+        saved = loop.save()
+        loop.restart(loop.relinearized())
+        reached = loop.run(number)
+        value = objective(loop.scene, loop.positions)
+        if not reached or value >= best:
+            loop.restore(saved)
+            return
+        paid = value <= best * (1.0 - options.relinearize_gain)
+        best = value
+        if not paid:
+            return
+
+
+def _judge(scene, impacts, multipliers, zones, zone, thickness, positions):
+    """Residuals of one zone, from the positions and multipliers that are returned."""
+    rows = zones.impacts_of(zone)
+    vertices = np.unique(impacts.nodes[rows])
+    problem = zone_problem(scene, impacts, zones, zone, thickness)
+    return residuals(problem, positions[vertices], multipliers[rows])
+
+
+def _thickness(scene, thickness, options):
+    if thickness is not None:
+        return checked_thickness(thickness)
+    if len(scene.edges) == 0:
+        return 1.0  # no edges, no faces: nothing can meet, any will do
+    a, b = scene.positions_t0[scene.edges].transpose(1, 0, 2)
+    lengths = np.linalg.norm(a - b, axis=1)
+    return checked_thickness(options.thickness_fraction * float(np.median(lengths)))
+
+
+def _check_device(device):
+    if device not in ("cpu", "auto", "cuda"):
+        raise OptionError(f"device: expected 'cpu', 'auto' or 'cuda', got {device!r}")
+    if device == "cuda":
+        raise DeviceUnavailable("device 'cuda': this version has no GPU kernels; use 'cpu'")
+
+
+def _durations(times):
+    names = list(times)
+    durations = {b: times[b] - times[a] for a, b in zip(names, names[1:], strict=False)}
+    durations["total"] = times[names[-1]] - times[names[0]]
+    return durations

@@ -1,0 +1,122 @@
+"""Zones: impacts that share an unpinned vertex, in contiguous blocks."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref.problem import ZoneProblem
+from izo_ref.serial.components import impact_components
+from izo_ref.types import Impacts
+
+
+class Zones(NamedTuple):
+    """Impact zones of a scene. Zone z owns the impacts
+    impacts[impact_offsets[z] : impact_offsets[z + 1]], and no other zone shares its
+    unpinned vertices, vertices[vertex_offsets[z] : vertex_offsets[z + 1]]."""
+
+    impacts: np.ndarray  # (n_impacts,) i8, indices into the Impacts, zone by zone
+    impact_offsets: np.ndarray  # (n_zones + 1,) i8
+    vertices: np.ndarray  # (n_zone_vertices,) i8, unpinned, zone by zone, ascending in each
+    vertex_offsets: np.ndarray  # (n_zones + 1,) i8
+
+    def __len__(self):  # of zones, not of fields
+        return len(self.impact_offsets) - 1
+
+    def impacts_of(self, zone):
+        return self.impacts[self.impact_offsets[zone] : self.impact_offsets[zone + 1]]
+
+    def vertices_of(self, zone):
+        return self.vertices[self.vertex_offsets[zone] : self.vertex_offsets[zone + 1]]
+
+
+def build_zones(scene, impacts: Impacts) -> Zones:
+    """Group impacts into zones.
+
+    Two impacts belong to the same zone if they share an unpinned vertex, or a chain of
+    impacts that do leads from one to the other. There is no limit on number or size.
+    Impacts of pinned vertices only belong to no zone.
+
+    Args:
+        scene: `Scene`; `pinned` is used.
+        impacts: `Impacts` of the scene.
+
+    Returns:
+        `Zones`, by their smallest vertex; impacts in the order given.
+
+    Source: SPEC section 2.
+    """
+    component = np.empty(len(impacts.nodes), np.int64)
+    parent = np.empty(len(scene.pinned), np.int64)
+    impact_components(impacts.nodes, scene.pinned, parent, component)
+    order = np.argsort(component, kind="stable")
+    order = order[np.count_nonzero(component < 0) :]
+    _, counts = np.unique(component[order], return_counts=True)
+    offsets = np.concatenate(([0], np.cumsum(counts)))
+
+    zone_of = np.repeat(np.arange(len(counts)), counts)
+    nodes = impacts.nodes[order]
+    rows = np.column_stack((np.repeat(zone_of, 4), nodes.ravel()))
+    rows = np.unique(rows[~scene.pinned[nodes.ravel()]], axis=0)
+    vertex_offsets = np.searchsorted(rows[:, 0], np.arange(len(counts) + 1))
+    return Zones(order, offsets, rows[:, 1].astype(np.int64), vertex_offsets)
+
+
+def zone_problem(scene, impacts: Impacts, zones: Zones, zone: int, thickness: float) -> ZoneProblem:
+    """The problem of one zone on its own; pinned vertices enter with infinite mass."""
+    part = impacts.take(zones.impacts_of(zone))
+    vertices, nodes = np.unique(part.nodes, return_inverse=True)
+    masses = np.where(scene.pinned[vertices], np.inf, scene.masses[vertices])
+    return ZoneProblem(
+        nodes.reshape(-1, 4).astype(np.int32),
+        part.weights,
+        part.normals,
+        scene.positions_t1[vertices],
+        masses,
+        thickness,
+    )
+
+
+class ZoneSystem(NamedTuple):
+    """Zones side by side, ready for the kernels. Vertices are local to the system."""
+
+    impact_offsets: np.ndarray  # (n_zones + 1,) i8
+    vertex_offsets: np.ndarray  # (n_zones + 1,) i8, unpinned vertices only
+    nodes: np.ndarray  # (n_impacts, 4) i4, zone by zone
+    weights: np.ndarray  # (n_impacts, 4) f8
+    normals: np.ndarray  # (n_impacts, 3) f8
+    targets: np.ndarray  # (n_vertices, 3) f8 [m], unpinned zone by zone, then pinned ones
+    masses: np.ndarray  # (n_vertices,) f8 [kg], infinite for pinned
+    thickness: float  # [m]
+
+
+def zone_system(scene, impacts: Impacts, zones: Zones, chosen, thickness: float) -> ZoneSystem:
+    """The problems of some zones side by side.
+
+    Returns:
+        `ZoneSystem`; its impacts and unpinned vertices are those of the zones, in order.
+    """
+    own_impacts, impact_offsets = _concatenated(zones.impacts, zones.impact_offsets, chosen)
+    free, vertex_offsets = _concatenated(zones.vertices, zones.vertex_offsets, chosen)
+    part = impacts.take(own_impacts)
+    pinned = np.unique(part.nodes[scene.pinned[part.nodes]])
+    vertices = np.concatenate((free, pinned))
+    local = np.empty(len(scene.pinned), np.int32)
+    local[vertices] = np.arange(len(vertices))
+    return ZoneSystem(
+        impact_offsets,
+        vertex_offsets,
+        local[part.nodes],
+        part.weights,
+        part.normals,
+        scene.positions_t1[vertices],
+        np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),
+        thickness,
+    )
+
+
+def _concatenated(values, offsets, chosen):
+    """The blocks chosen, one after the other, and where each begins."""
+    counts = np.diff(offsets)[chosen]
+    ends = np.cumsum(counts)
+    index = np.arange(counts.sum()) + np.repeat(offsets[:-1][chosen] - (ends - counts), counts)
+    return values[index], np.concatenate(([0], ends))
