@@ -62,7 +62,7 @@ def candidate_batches(queries: Elements, leaves: Elements, batch_pairs: int):
     first and then written, at most `batch_pairs` at a time (or those of one query).
 
     Yields:
-        (n, 2) i8 arrays, element of `queries` and element of `leaves`.
+        (n, 2) i4 arrays, places in the orders of `queries` and `leaves`.
     """
     n = len(queries.order)
     trees = (
@@ -87,5 +87,5 @@ def candidate_batches(queries: Elements, leaves: Elements, batch_pairs: int):
         starts = ends[first:last] - counts[first:last] - before
         kernels.meeting_boxes(first, *trees, starts, True, counts[first:last], pairs)
         if len(pairs):
-            yield np.column_stack((queries.order[pairs[:, 0]], leaves.order[pairs[:, 1]]))
+            yield pairs
         first = last

@@ -48,7 +48,7 @@ def certify_path(scene, positions, options: Options | None = None) -> PathCertif
     Source: SPEC section 8.
     """
     options = options or Options()
-    positions = np.ascontiguousarray(positions, dtype=np.float64)
+    positions = np.array(positions, dtype=np.float64, order="C")
     if positions.shape != scene.positions_t0.shape:
         raise ShapeError(
             f"positions: expected shape {scene.positions_t0.shape}, got {positions.shape}"

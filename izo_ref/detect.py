@@ -83,40 +83,53 @@ class Detector:
 
     def _find_kind(self, queries, leaves, positions_t1, is_edge_edge):
         parts = [
-            self._contacts(pairs, positions_t1, is_edge_edge)
+            self._contacts(queries, leaves, pairs, positions_t1)
             for pairs in candidate_batches(queries, leaves, self.batch_pairs)
         ]
         if not parts:
             return join_impacts([])
-        pairs, nodes, toi, directions = (np.concatenate(column) for column in zip(*parts, strict=True))
-        order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+        elements, nodes, toi, directions = (
+            np.concatenate(column) for column in zip(*parts, strict=True)
+        )
+        order = np.lexsort((elements[:, 1], elements[:, 0]))
         nodes, toi, directions = nodes[order], toi[order], directions[order]
         kinds = np.full(len(nodes), is_edge_edge)
+        if self._excluded is not None:
+            kept = ~np.isin(_pair_keys(Pairs(nodes, kinds)), self._excluded)
+            nodes, kinds, toi, directions = nodes[kept], kinds[kept], toi[kept], directions[kept]
         weights, normals = np.empty((len(nodes), 4)), np.empty((len(nodes), 3))
         kernels.impact_frames(
             self.positions_t0, positions_t1, nodes, kinds, toi, directions, weights, normals
         )
         return Impacts(nodes, kinds, toi, weights, normals)
 
-    def _contacts(self, pairs, positions_t1, is_edge_edge):
-        """The pairs among the candidates that were not proved apart."""
-        if is_edge_edge:
-            pairs = np.sort(pairs, axis=1)
-            nodes = np.hstack((self.edges[pairs[:, 0]], self.edges[pairs[:, 1]]))
-        else:
-            nodes = np.hstack((pairs[:, :1].astype(np.int32), self.faces[pairs[:, 1]]))
-        n = len(nodes)
-        statuses, toi = np.empty(n, np.int8), np.empty(n)
+    def _contacts(self, queries, leaves, pairs, positions_t1):
+        """Elements, nodes, times and directions of the candidates not proved apart."""
+        n = len(pairs)
+        nodes, statuses, toi = np.empty((n, 4), np.int32), np.empty(n, np.int8), np.empty(n)
         directions, steps = np.empty((n, 3)), np.empty(n, np.int32)
         kernels.first_contacts(
-            self.positions_t0, positions_t1, nodes, is_edge_edge, statuses, toi, directions, steps
+            self.positions_t0,
+            positions_t1,
+            pairs,
+            queries.order,
+            queries.nodes,
+            leaves.order,
+            leaves.nodes,
+            nodes,
+            statuses,
+            toi,
+            directions,
+            steps,
         )
-        self.tally.add("edge_edge" if is_edge_edge else "vertex_face", statuses, steps)
-        kept = statuses != APART
-        if self._excluded is not None:
-            keys = _pair_keys(Pairs(nodes[kept], np.full(kept.sum(), is_edge_edge)))
-            kept[kept] = ~np.isin(keys, self._excluded)
-        return pairs[kept], nodes[kept], toi[kept], directions[kept]
+        self.tally.add("edge_edge" if queries is leaves else "vertex_face", statuses, steps)
+        kept = np.flatnonzero(statuses != APART)
+        elements = np.column_stack(
+            (queries.order[pairs[kept, 0]], leaves.order[pairs[kept, 1]])
+        )
+        if queries is leaves:
+            elements.sort(axis=1)
+        return elements, nodes[kept], toi[kept], directions[kept]
 
 
 def _pair_keys(pairs: Pairs):

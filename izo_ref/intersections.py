@@ -43,12 +43,18 @@ def _crossing_edges(positions, edges, faces):
     found = [np.empty((0, 2), np.int64)]
     for pairs in candidate_batches(edge_elements, face_elements, BATCH_PAIRS):
         statuses = np.empty(len(pairs), np.int8)
-        pair_edges, pair_faces = edges[pairs[:, 0]], faces[pairs[:, 1]]
+        pair_edges = edge_elements.nodes[pairs[:, 0]]
+        pair_faces = face_elements.nodes[pairs[:, 1]]
         kernels.edge_face_statuses(positions, pair_edges, pair_faces, statuses)
         for i in np.flatnonzero(statuses == UNDECIDED):
             if simplices_meet(positions[pair_edges[i]], positions[pair_faces[i]]):
                 statuses[i] = CONTACT
-        found.append(pairs[statuses == CONTACT])
+        crossing = pairs[statuses == CONTACT]
+        found.append(
+            np.column_stack(
+                (edge_elements.order[crossing[:, 0]], face_elements.order[crossing[:, 1]])
+            )
+        )
     found = np.concatenate(found)
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 

@@ -50,6 +50,7 @@ class Loop:
         active: (n_impacts,) b1, impacts that hold x.
         stuck: (n,) b1, vertices of zones that no positions satisfy.
         blocked: impacts of pinned vertices only, found on the path.
+        longest: positions whose path was free for the longest time, and that time.
         history: list of `Iteration`.
     """
 
@@ -64,6 +65,7 @@ class Loop:
         )
         self._seen = None  # positions of the last detection, and what it found
         self._pending = no_impacts()
+        self.longest = (scene.positions_t1, -1.0)
         self.restart(no_impacts())
 
     def restart(self, impacts: Impacts):
@@ -81,13 +83,20 @@ class Loop:
     def restore(self, saved):
         self.positions, self.impacts, self.multipliers, self.active, self.stuck = saved
 
-    def run(self, round_number: int) -> bool:
-        """Iterate until the path is free; False if it is not, after all that may be tried."""
+    def run(self, round_number: int, limit: float = np.inf) -> bool:
+        """Iterate until the path is free; False if it is not, after all that may be tried.
+
+        Ends early when the objective reaches `limit` (zones only ever get more
+        constraints, so it never falls), or when prescribed parts meet, which no end
+        positions can mend.
+        """
         if len(self.impacts.toi):
             self._solve(0)
         for iteration in range(1, self.options.max_iterations + 1):
             begin = time.perf_counter()
             found, moved = self.detect()
+            if len(self.blocked.toi):
+                return False
             middle = time.perf_counter()
             selected = select_impacts(found, self.scene.pinned, self.options.selection)
             hopeless = self.stuck[found.nodes].any(axis=1)
@@ -113,6 +122,8 @@ class Loop:
             )
             if len(new.toi) == 0:
                 return len(found.toi) == 0
+            if self.history[-1].objective >= limit:
+                return False
         return len(self.detect()[0].toi) == 0
 
     def record(self, iteration: Iteration):
@@ -137,6 +148,9 @@ class Loop:
         found = self._detector.find(self.positions, moved)
         self._pending = join_impacts((self._pending.take(still), found))
         self._seen = self.positions.copy()
+        time_free = float(self._pending.toi.min(initial=1.0))
+        if time_free > self.longest[1]:
+            self.longest = (self._seen, time_free)
         prescribed = self.scene.pinned[self._pending.nodes].all(axis=1)
         self.blocked = self._pending.take(prescribed)
         return self._pending.take(~prescribed), int(moved.sum())

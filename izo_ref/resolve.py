@@ -35,9 +35,9 @@ class Result:
         zones: `Zones` of these impacts.
         residuals: one `Residuals` a zone.
         certificate: `PathCertificate` of the path that is returned.
-        scaled_back: list of `ScaledBack`, empty unless the status is FREE_BY_FALLBACK or
-            BLOCKED.
-        time_free: until when the path is certified free; 1 if it is.
+        scaled_back: list of `ScaledBack`, empty unless the status is FREE_BY_FALLBACK.
+        time_free: until when the path is certified free; 1 if it is. A blocked result is
+            the path that was free for the longest time, of all that were tried.
         history: list of `Iteration`.
         timings: seconds by stage.
     """
@@ -94,10 +94,12 @@ def resolve(
     loop = Loop(renumbered(scene, order), thickness, options, on_iteration)
     free = loop.run(0)
     times["main"] = time.perf_counter()
-    if free and len(loop.blocked.toi) == 0:
+    if free:
         _relinearize(loop, options)
     times["relinearize"] = time.perf_counter()
     scaled_back = [] if free else scale_back(loop)
+    if len(loop.detect()[0].toi) or len(loop.blocked.toi):
+        loop.positions, scaled_back = loop.longest[0], []
     times["scale_back"] = time.perf_counter()
 
     positions = np.empty_like(scene.positions_t1)
@@ -145,11 +147,10 @@ def _relinearize(loop: Loop, options: Options):
     for number in range(1, options.relinearize + 1):
         saved = loop.save()
         loop.restart(loop.relinearized())
-        reached = loop.run(number)
-        value = objective(loop.scene, loop.positions)
-        if not reached or value >= best:
+        if not loop.run(number, limit=best):
             loop.restore(saved)
             return
+        value = objective(loop.scene, loop.positions)
         paid = value <= best * (1.0 - options.relinearize_gain)
         best = value
         if not paid:

@@ -66,9 +66,6 @@ class Scene:
         self.pinned = np.zeros(n, bool) if pinned is None else _pinned(pinned, n)
         self.edges = edges_of(self.faces)
         self.excluded = self._initial_intersections(initial_intersections == "exclude")
-        for array in vars(self).values():
-            if isinstance(array, np.ndarray):
-                array.flags.writeable = False
 
     def _initial_intersections(self, exclude):
         crossing, pairs = intersecting_pairs(self.positions_t0, self.edges, self.faces)
@@ -136,7 +133,7 @@ def _faces(faces, n):
             f"faces: expected three different vertices each, found {len(bad)} with a repeated "
             f"one, the first face {bad[0]}: {array[bad[0]].tolist()}"
         )
-    return np.ascontiguousarray(array, dtype=np.int32)
+    return np.array(array, dtype=np.int32, order="C")
 
 
 def _masses(masses, n):

@@ -55,17 +55,18 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
         rows = system.impact_offsets[:-1][single]
         scaled[rows] = np.maximum(rhs[rows], 0.0)
         small = (sizes <= options.small_zone) & ~single
-    kernels.solve_active_set(
-        np.flatnonzero(small),
-        system.impact_offsets,
-        unknowns,
-        coefficients,
-        system.normals,
-        rhs,
-        scaled,
-        statuses,
-        steps,
-    )
+    if small.any():
+        kernels.solve_active_set(
+            np.flatnonzero(small),
+            system.impact_offsets,
+            unknowns,
+            coefficients,
+            system.normals,
+            rhs,
+            scaled,
+            statuses,
+            steps,
+        )
     methods = np.where(single, "closed-form", np.where(small, "active-set", "interior-point"))
     methods = methods.astype(object)
     # rounding can make the active set cycle; the interior point does not mind

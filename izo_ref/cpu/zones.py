@@ -1,10 +1,11 @@
 """Zones in scaled variables, and the solvers that take one zone a thread."""
 
-import numpy as np
+import math
+
 from numba import prange
 
 from izo_ref._jit import cpu_kernel
-from izo_ref.serial.active_set import active_set, gram_matrix
+from izo_ref.serial.active_set import active_set
 from izo_ref.serial.lagrangian import lagrangian_descent
 
 
@@ -31,7 +32,7 @@ def scaled_rows(
             length_sq += coefficient * coefficient
             for axis in range(3):
                 gap += weights[j, k] * normals[j, axis] * targets[nodes[j, k], axis]
-        length = np.sqrt(length_sq)
+        length = math.sqrt(length_sq)
         lengths_out[j] = length
         rhs_out[j] = (thickness - gap) / length
         for k in range(4):
@@ -53,14 +54,16 @@ def solve_active_set(
     steps_out,  # (n_zones,) i4
 ):
     for i in prange(zones.shape[0]):
-        begin, end = impact_offsets[zones[i]], impact_offsets[zones[i] + 1]
-        gram = np.empty((end - begin, end - begin))
-        gram_matrix(nodes[begin:end], coefficients[begin:end], normals[begin:end], gram)
-        status, steps = active_set(
-            gram, rhs[begin:end], 100 + 20 * (end - begin), multipliers_out[begin:end]
+        zone = zones[i]
+        statuses_out[zone], steps_out[zone] = active_set(
+            impact_offsets[zone],
+            impact_offsets[zone + 1],
+            nodes,
+            coefficients,
+            normals,
+            rhs,
+            multipliers_out,
         )
-        statuses_out[zones[i]] = status
-        steps_out[zones[i]] = steps
 
 
 @cpu_kernel

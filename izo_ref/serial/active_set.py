@@ -135,38 +135,44 @@ def _refine(gram, rhs, factor, active, q, u, violation, r):
 
 
 @compiled
-def active_set(gram, rhs, max_steps, u_out):
-    """Multipliers of min 1/2 |C^T u|^2 - s . u, u >= 0.
+def active_set(begin, end, nodes, coefficients, normals, rhs, multipliers_out):
+    """Solve the zone of impacts begin..end.
 
     Args:
-        gram: (n, n) f8, unit diagonal.
-        rhs: (n,) f8, s.
-        max_steps: rows added or dropped at most.
-        u_out: (n,) f8.
+        nodes: (n_impacts, 4) i4, of all zones; < 0 for pinned.
+        coefficients: (n_impacts, 4) f8; with the normals, unit rows.
+        normals: (n_impacts, 3) f8.
+        rhs: (n_impacts,) f8, s.
+        multipliers_out: (n_impacts,) f8, u; begin..end are written.
 
     Returns:
-        SOLVED, INFEASIBLE or NOT_CONVERGED, and the number of steps.
+        SOLVED, INFEASIBLE or NOT_CONVERGED, and the number of rows added or dropped.
     """
-    n = rhs.shape[0]
+    n = end - begin
+    max_steps = 100 + 20 * n
+    gram = np.empty((n, n))
+    gram_matrix(nodes[begin:end], coefficients[begin:end], normals[begin:end], gram)
+    s = rhs[begin:end]
+    u = multipliers_out[begin:end]
     factor = np.zeros((n + 1, n + 1))
     active = np.empty(n, np.int64)
     is_active = np.zeros(n, np.bool_)
-    violation = rhs.copy()
+    violation = s.copy()
     r = np.empty(n)
     largest_s = 0.0
     for j in range(n):
-        u_out[j] = 0.0
-        largest_s = max(largest_s, abs(rhs[j]))
-    q = 0
+        u[j] = 0.0
+        largest_s = max(largest_s, abs(s[j]))
+    q = np.int64(0)  # typed: a literal 0 would be compiled for a second time
     steps = 0
     while True:
         largest = largest_s
         for k in range(q):
-            largest = max(largest, u_out[active[k]])
+            largest = max(largest, u[active[k]])
         p = _most_violated(violation, is_active)
         if p < 0 or violation[p] <= ROUNDING * largest:
             for _ in range(2):
-                _refine(gram, rhs, factor, active, q, u_out, violation, r)
+                _refine(gram, s, factor, active, q, u, violation, r)
             return SOLVED, steps
         added = False
         while not added:
@@ -182,27 +188,27 @@ def active_set(gram, rhs, max_steps, u_out):
                 distance_sq -= r[k] * r[k]
             _solve_upper(factor, q, r)
             full = violation[p] / distance_sq if distance_sq > DEPENDENT_SQ else np.inf
-            step, place = _blocking(active, q, u_out, r)
+            step, place = _blocking(active, q, u, r)
             if full == np.inf and place < 0:
                 return INFEASIBLE, steps
             step = min(step, full)
             for k in range(q):
-                u_out[active[k]] -= step * r[k]
-            u_out[p] += step
+                u[active[k]] -= step * r[k]
+            u[p] += step
             if step == full:
                 factor[q, q] = math.sqrt(distance_sq)
                 active[q] = p
                 is_active[p] = True
                 q += 1
                 added = True
-                _residuals(gram, rhs, active, q, u_out, violation)
+                _residuals(gram, s, active, q, u, violation)
             else:
-                u_out[active[place]] = 0.0
+                u[active[place]] = 0.0
                 is_active[active[place]] = False
                 _drop_row(factor, q, place)
                 for k in range(place, q - 1):
                     active[k] = active[k + 1]
                 q -= 1
-                _residuals(gram, rhs, active, q, u_out, violation)
+                _residuals(gram, s, active, q, u, violation)
                 for j in range(n):
-                    violation[j] -= gram[j, p] * u_out[p]
+                    violation[j] -= gram[j, p] * u[p]

@@ -1,5 +1,7 @@
 """Connected components of impacts, by disjoint sets with the smallest index as root."""
 
+import numpy as np
+
 from izo_ref._jit import compiled
 
 
@@ -34,9 +36,9 @@ def impact_components(
     for i in range(len(parent)):
         parent[i] = i
     for j in range(nodes.shape[0]):
-        first = -1
+        first = np.int64(-1)  # typed, as `vertex`: else each would be compiled for
         for k in range(4):
-            vertex = nodes[j, k]
+            vertex = np.int64(nodes[j, k])
             if not pinned[vertex]:
                 if first >= 0:
                     join_sets(parent, first, vertex)
@@ -45,4 +47,4 @@ def impact_components(
         component_out[j] = -1
         for k in range(4):
             if not pinned[nodes[j, k]]:
-                component_out[j] = find_root(parent, nodes[j, k])
+                component_out[j] = find_root(parent, np.int64(nodes[j, k]))
