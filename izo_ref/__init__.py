@@ -9,9 +9,8 @@ from izo_ref.resolve import Result, resolve
 from izo_ref.scene import Scene
 from izo_ref.solve import solve_zone
 from izo_ref.types import Impacts, Pairs, Status
+from izo_ref.version import __version__
 from izo_ref.zones import Zones, build_zones, zone_problem
-
-__version__ = "0.1.0"
 
 __all__ = [
     "Impacts",
@@ -26,6 +25,7 @@ __all__ = [
     "ZoneProblem",
     "ZoneSolution",
     "Zones",
+    "__version__",
     "build_zones",
     "certify_path",
     "find_impacts",

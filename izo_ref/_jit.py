@@ -64,9 +64,9 @@ def compiled(function):
 def cpu_kernel(function):
     """Compile a kernel over `prange`; launches are serialised over Python threads."""
     with _cached_in(CACHE_FOLDER):
-        kernel = njit(
-            cache=True, error_model="numpy", fastmath=False, nogil=True, parallel=True
-        )(function)
+        kernel = njit(cache=True, error_model="numpy", fastmath=False, nogil=True, parallel=True)(
+            function
+        )
 
     @functools.wraps(function)
     def launch(*arrays):

@@ -77,7 +77,9 @@ def candidate_batches(queries: Elements, leaves: Elements, batch_pairs: int):
         queries is leaves,
     )
     counts = np.empty(n, np.int64)
-    kernels.meeting_boxes(0, *trees, np.zeros(n, np.int64), False, counts, np.empty((0, 2), np.int32))
+    kernels.meeting_boxes(
+        0, *trees, np.zeros(n, np.int64), False, counts, np.empty((0, 2), np.int32)
+    )
     ends = np.cumsum(counts)
     first = 0
     while first < n:

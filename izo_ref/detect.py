@@ -124,9 +124,7 @@ class Detector:
         )
         self.tally.add("edge_edge" if queries is leaves else "vertex_face", statuses, steps)
         kept = np.flatnonzero(statuses != APART)
-        elements = np.column_stack(
-            (queries.order[pairs[kept, 0]], leaves.order[pairs[kept, 1]])
-        )
+        elements = np.column_stack((queries.order[pairs[kept, 0]], leaves.order[pairs[kept, 1]]))
         if queries is leaves:
             elements.sort(axis=1)
         return elements, nodes[kept], toi[kept], directions[kept]

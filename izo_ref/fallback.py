@@ -55,9 +55,7 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
             break
         kept = scale == 1.0
         start = scene.positions_t0
-        loop.positions = np.where(
-            kept[:, None], loop.positions, start + scale[:, None] * full
-        )
+        loop.positions = np.where(kept[:, None], loop.positions, start + scale[:, None] * full)
         middle = time.perf_counter()
         n_found = len(found.toi)
         found, moved = loop.detect()

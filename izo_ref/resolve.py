@@ -40,6 +40,7 @@ class Result:
             the path that was free for the longest time, of all that were tried.
         history: list of `Iteration`.
         timings: seconds by stage.
+        options: `Options` used.
     """
 
     positions: np.ndarray
@@ -57,6 +58,7 @@ class Result:
     time_free: float
     history: list[Iteration]
     timings: dict[str, float]
+    options: Options
 
 
 def resolve(
@@ -138,6 +140,7 @@ def resolve(
         time_free=certificate.time_free,
         history=loop.history,
         timings=_durations(times),
+        options=options,
     )
 
 

@@ -12,7 +12,6 @@ from izo_ref.errors import (
     ShapeError,
 )
 from izo_ref.intersections import intersecting_pairs
-from izo_ref.types import Pairs
 
 SHOWN = 5  # offenders named in a message
 

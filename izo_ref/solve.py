@@ -79,7 +79,9 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
         rows = slice(*system.impact_offsets[zone : zone + 2])
         own = slice(*system.vertex_offsets[zone : zone + 2])
         local = np.where(unknowns[rows] < 0, -1, unknowns[rows] - own.start)
-        matrix = scaled_matrix(local, coefficients[rows], system.normals[rows], own.stop - own.start)
+        matrix = scaled_matrix(
+            local, coefficients[rows], system.normals[rows], own.stop - own.start
+        )
         if not rhs[rows].max() > 0.0:
             z[own], scaled[rows], active[rows] = 0.0, 0.0, False
             continue
@@ -255,5 +257,3 @@ def solve_zone(
         int(solution.iterations[0]),
         bool(solution.feasible[0]),
     )
-
-

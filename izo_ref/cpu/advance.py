@@ -61,9 +61,7 @@ def first_contacts(
         nodes = candidate_nodes(pairs, i, first_order, first_nodes, second_order, second_nodes)
         a1, a2, a3 = relative_nodes(positions_t0, nodes)
         b1, b2, b3 = relative_nodes(positions_t1, nodes)
-        status, toi, direction, steps = advance(
-            first_nodes.shape[1] == 2, a1, a2, a3, b1, b2, b3
-        )
+        status, toi, direction, steps = advance(first_nodes.shape[1] == 2, a1, a2, a3, b1, b2, b3)
         statuses_out[i] = status
         steps_out[i] = steps
         if status != APART:

@@ -1,0 +1,41 @@
+# Two commands: `make demo` and `make test`. Both install what is missing into .venv.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: demo test test-all lint lock clean
+
+demo: .venv/demo.done
+	$(BIN)/izo demo
+
+test: .venv/dev.done lint
+	$(BIN)/python -m pytest
+
+test-all: .venv/dev.done lint
+	$(BIN)/python -m pytest --slow
+
+lint: .venv/dev.done
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+.venv/pip.done:
+	$(PYTHON) -c 'import sys; assert sys.version_info >= (3, 11), "Python >= 3.11 is needed"'
+	$(PYTHON) -m venv .venv
+	touch $@
+
+.venv/demo.done: .venv/pip.done requirements/demo.txt pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/demo.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	touch $@
+
+.venv/dev.done: .venv/pip.done requirements/dev.txt pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
+	touch $@
+
+# Needs uv. Versions and hashes for every platform, no addresses.
+lock:
+	uv pip compile --quiet --universal --generate-hashes --no-header --no-annotate --python-version 3.11 --extra demo pyproject.toml requirements/build.in -o requirements/demo.txt
+	uv pip compile --quiet --universal --generate-hashes --no-header --no-annotate --python-version 3.11 --extra dev pyproject.toml requirements/build.in -c requirements/demo.txt -o requirements/dev.txt
+
+clean:
+	rm -rf .venv build *.egg-info
