@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref import checks
 from izo_ref.detect import Detector
-from izo_ref.errors import NonFiniteError, ShapeError
 from izo_ref.options import Options
 from izo_ref.types import Pairs
 
@@ -48,17 +48,7 @@ def certify_path(scene, positions, options: Options | None = None) -> PathCertif
     Source: SPEC section 8.
     """
     options = options or Options()
-    positions = np.array(positions, dtype=np.float64, order="C")
-    if positions.shape != scene.positions_t0.shape:
-        raise ShapeError(
-            f"positions: expected shape {scene.positions_t0.shape}, got {positions.shape}"
-        )
-    bad = np.argwhere(~np.isfinite(positions))
-    if len(bad):
-        raise NonFiniteError(
-            f"positions: expected finite numbers, found {len(bad)} others, the first at "
-            f"{bad[0].tolist()}"
-        )
+    positions = checks.floats("positions", positions, scene.positions_t0.shape)
     detector = Detector(
         scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.batch_pairs
     )

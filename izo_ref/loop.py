@@ -12,6 +12,10 @@ from izo_ref.solve import solve_system
 from izo_ref.types import Impacts, join_impacts, no_impacts
 from izo_ref.zones import build_zones, zone_system
 
+# An impact whose free vertices have less weight than this in all is between pinned points:
+# a free vertex would have to move a billion times as far as the gap is to open.
+NO_WEIGHT = 1e-9
+
 
 class Iteration(NamedTuple):
     """One line of the history."""
@@ -49,7 +53,7 @@ class Loop:
         multipliers: (n_impacts,) f8 [kg].
         active: (n_impacts,) b1, impacts that hold x.
         stuck: (n,) b1, vertices of zones that no positions satisfy.
-        blocked: impacts of pinned vertices only, found on the path.
+        blocked: impacts between pinned points, found on the path.
         longest: positions whose path was free for the longest time, and that time.
         history: list of `Iteration`.
     """
@@ -120,10 +124,10 @@ class Loop:
                     time.perf_counter() - middle,
                 )
             )
-            if len(new.toi) == 0:
-                return len(found.toi) == 0
             if self.history[-1].objective >= limit:
                 return False
+            if len(new.toi) == 0:
+                return len(found.toi) == 0
         return len(self.detect()[0].toi) == 0
 
     def record(self, iteration: Iteration):
@@ -132,7 +136,7 @@ class Loop:
             self._on_iteration(iteration)
 
     def detect(self):
-        """Impacts of the path to the positions now, but those of pinned vertices only.
+        """Impacts of the path to the positions now, but those between pinned points.
 
         Only pairs with a vertex that moved since the last detection are looked at; of the
         others, those that met then meet now.
@@ -151,7 +155,8 @@ class Loop:
         time_free = float(self._pending.toi.min(initial=1.0))
         if time_free > self.longest[1]:
             self.longest = (self._seen, time_free)
-        prescribed = self.scene.pinned[self._pending.nodes].all(axis=1)
+        free = ~self.scene.pinned[self._pending.nodes]
+        prescribed = (np.abs(self._pending.weights) * free).sum(axis=1) < NO_WEIGHT
         self.blocked = self._pending.take(prescribed)
         return self._pending.take(~prescribed), int(moved.sum())
 

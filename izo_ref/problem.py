@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.errors import IndexRangeError, MassError, NonFiniteError, ShapeError, ThicknessError
+from izo_ref import checks
 
 
 class ZoneProblem:
@@ -26,26 +26,14 @@ class ZoneProblem:
     """
 
     def __init__(self, nodes, weights, normals, targets, masses, thickness):
-        self.targets = _finite("targets", targets, (-1, 3))
-        self.nodes = np.ascontiguousarray(nodes, dtype=np.int32)
-        n, k = len(self.nodes), len(self.targets)
-        if self.nodes.shape != (n, 4):
-            raise ShapeError(f"nodes: expected shape (m, 4), got {self.nodes.shape}")
-        bad = np.flatnonzero(((self.nodes < 0) | (self.nodes >= k)).any(axis=1))
-        if len(bad):
-            raise IndexRangeError(
-                f"nodes: expected indices 0 to {k - 1}, the first row with others is "
-                f"{bad[0]}: {self.nodes[bad[0]].tolist()}"
-            )
-        self.weights = _finite("weights", weights, (n, 4))
-        self.normals = _finite("normals", normals, (n, 3))
-        self.masses = np.ascontiguousarray(masses, dtype=np.float64)
-        if self.masses.shape != (k,):
-            raise ShapeError(f"masses: expected shape ({k},), got {self.masses.shape}")
-        bad = np.flatnonzero(~(self.masses > 0.0))
-        if len(bad):
-            raise MassError(f"masses: expected > 0 [kg], got {self.masses[bad[0]]} at {bad[0]}")
-        self.thickness = checked_thickness(thickness)
+        self.targets = checks.floats("targets", targets, (None, 3))
+        k = len(self.targets)
+        self.nodes = checks.indices("nodes", nodes, 4, k)
+        n = len(self.nodes)
+        self.weights = checks.floats("weights", weights, (n, 4))
+        self.normals = checks.floats("normals", normals, (n, 3))
+        self.masses = checks.masses(masses, k, infinite_allowed=True)
+        self.thickness = checks.thickness(thickness)
 
     @property
     def inverse_sqrt_masses(self):
@@ -63,27 +51,6 @@ class ZoneProblem:
         terms = self.weights[:, :, None] * (multipliers[:, None] * self.normals)[:, None, :]
         np.add.at(forces, self.nodes.ravel(), terms.reshape(-1, 3))
         return forces
-
-
-def _finite(name, values, shape):
-    array = np.ascontiguousarray(values, dtype=np.float64)
-    expected = tuple(found if want < 0 else want for want, found in zip(shape, array.shape))
-    if array.ndim != 2 or array.shape != expected:
-        raise ShapeError(f"{name}: expected shape {shape}, got {array.shape}")
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
-        raise NonFiniteError(f"{name}: expected finite numbers, the first other is at {bad[0]}")
-    return array
-
-
-def checked_thickness(thickness) -> float:
-    try:
-        value = float(thickness)
-    except (TypeError, ValueError):
-        value = math.nan
-    if not (value > 0.0 and math.isfinite(value)):
-        raise ThicknessError(f"thickness: expected a number > 0 [m], got {thickness!r}")
-    return value
 
 
 class Residuals(NamedTuple):

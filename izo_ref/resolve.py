@@ -2,16 +2,18 @@
 
 import time
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
+from izo_ref import checks
 from izo_ref.certify import PathCertificate, certify_path
 from izo_ref.errors import DeviceUnavailable, OptionError
 from izo_ref.fallback import ScaledBack, scale_back
 from izo_ref.loop import Iteration, Loop, objective
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
 from izo_ref.options import Options
-from izo_ref.problem import Residuals, checked_thickness, residuals
+from izo_ref.problem import Residuals, residuals
 from izo_ref.scene import Scene
 from izo_ref.types import Impacts, Status
 from izo_ref.zones import Zones, build_zones, zone_problem
@@ -170,12 +172,12 @@ def _judge(scene, impacts, multipliers, zones, zone, thickness, positions):
 
 def _thickness(scene, thickness, options):
     if thickness is not None:
-        return checked_thickness(thickness)
+        return checks.thickness(thickness)
     if len(scene.edges) == 0:
         return 1.0  # no edges, no faces: nothing can meet, any will do
     a, b = scene.positions_t0[scene.edges].transpose(1, 0, 2)
     lengths = np.linalg.norm(a - b, axis=1)
-    return checked_thickness(options.thickness_fraction * float(np.median(lengths)))
+    return checks.thickness(options.thickness_fraction * float(np.median(lengths)))
 
 
 def _check_device(device):
@@ -187,6 +189,6 @@ def _check_device(device):
 
 def _durations(times):
     names = list(times)
-    durations = {b: times[b] - times[a] for a, b in zip(names, names[1:], strict=False)}
+    durations = {b: times[b] - times[a] for a, b in pairwise(names)}
     durations["total"] = times[names[-1]] - times[names[0]]
     return durations

@@ -2,15 +2,8 @@
 
 import numpy as np
 
-from izo_ref.errors import (
-    DegenerateFaceError,
-    IndexRangeError,
-    InitialIntersectionError,
-    MassError,
-    NonFiniteError,
-    OptionError,
-    ShapeError,
-)
+from izo_ref import checks
+from izo_ref.errors import DegenerateFaceError, InitialIntersectionError, OptionError
 from izo_ref.intersections import intersecting_pairs
 
 SHOWN = 5  # offenders named in a message
@@ -57,12 +50,12 @@ class Scene:
                 "initial_intersections: expected 'raise' or 'exclude', "
                 f"got {initial_intersections!r}"
             )
-        self.positions_t0 = _floats("positions_t0", positions_t0, (None, 3))
+        self.positions_t0 = checks.floats("positions_t0", positions_t0, (None, 3))
         n = len(self.positions_t0)
-        self.positions_t1 = _floats("positions_t1", positions_t1, (n, 3))
-        self.faces = _faces(faces, n)
-        self.masses = np.ones(n) if masses is None else _masses(masses, n)
-        self.pinned = np.zeros(n, bool) if pinned is None else _pinned(pinned, n)
+        self.positions_t1 = checks.floats("positions_t1", positions_t1, (n, 3))
+        self.faces = _distinct_corners(checks.indices("faces", faces, 3, n))
+        self.masses = np.ones(n) if masses is None else checks.masses(masses, n)
+        self.pinned = np.zeros(n, bool) if pinned is None else checks.flags("pinned", pinned, n)
         self.edges = edges_of(self.faces)
         self.excluded = self._initial_intersections(initial_intersections == "exclude")
 
@@ -89,65 +82,12 @@ def edges_of(faces):
     return np.unique(np.sort(ends, axis=1), axis=0)
 
 
-def _floats(name, values, shape):
-    try:
-        array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
-        raise ShapeError(f"{name}: expected numbers of shape {_text(shape)}: {error}") from None
-    expected = tuple(found if want is None else want for want, found in zip(shape, array.shape))
-    if array.ndim != len(shape) or array.shape != expected:
-        raise ShapeError(f"{name}: expected shape {_text(shape)}, got {array.shape}")
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
-        first = tuple(int(i) for i in bad[0])
-        raise NonFiniteError(
-            f"{name}: expected finite numbers, found {len(bad)} others, the first "
-            f"{array[first]} at {list(first)}"
-        )
-    return array
-
-
-def _text(shape):
-    return "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
-
-
-def _faces(faces, n):
-    array = np.asarray(faces)
-    if array.size == 0 and array.ndim <= 2:
-        return np.empty((0, 3), np.int32)
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise ShapeError(f"faces: expected shape (m, 3), got {array.shape}")
-    if array.dtype.kind not in "iu":
-        raise ShapeError(f"faces: expected integers, got {array.dtype}")
-    bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
-    if len(bad):
-        raise IndexRangeError(
-            f"faces: expected indices 0 to {n - 1}, found {len(bad)} faces with others, the "
-            f"first face {bad[0]}: {array[bad[0]].tolist()}"
-        )
-    a, b, c = array.T
+def _distinct_corners(faces):
+    a, b, c = faces.T
     bad = np.flatnonzero((a == b) | (b == c) | (c == a))
     if len(bad):
         raise DegenerateFaceError(
             f"faces: expected three different vertices each, found {len(bad)} with a repeated "
-            f"one, the first face {bad[0]}: {array[bad[0]].tolist()}"
+            f"one, the first face {bad[0]}: {faces[bad[0]].tolist()}"
         )
-    return np.array(array, dtype=np.int32, order="C")
-
-
-def _masses(masses, n):
-    array = _floats("masses", masses, (n,))
-    bad = np.flatnonzero(~(array > 0.0))
-    if len(bad):
-        raise MassError(
-            f"masses: expected numbers > 0 [kg], found {len(bad)} others, the first "
-            f"{array[bad[0]]} at vertex {bad[0]}"
-        )
-    return array
-
-
-def _pinned(pinned, n):
-    array = np.array(pinned)
-    if array.shape != (n,) or array.dtype != bool:
-        raise ShapeError(f"pinned: expected shape ({n},) bool, got {array.shape} {array.dtype}")
-    return array
+    return faces

@@ -9,7 +9,7 @@ from izo_ref.errors import OptionError
 from izo_ref.interior_point import interior_point, scaled_matrix
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
-from izo_ref.serial.active_set import INFEASIBLE, NOT_CONVERGED
+from izo_ref.serial.active_set import INFEASIBLE, SOLVED
 from izo_ref.serial.lagrangian import Descent
 from izo_ref.zones import ZoneSystem
 
@@ -20,101 +20,130 @@ class SystemSolution(NamedTuple):
     active: np.ndarray  # (n_impacts,) b1, rows that hold the solution
     feasible: np.ndarray  # (n_zones,) b1
     iterations: np.ndarray  # (n_zones,) i4
-    methods: list  # (n_zones,) str
+    methods: np.ndarray  # (n_zones,) str
+
+
+class _Rows(NamedTuple):
+    """The system in scaled variables: C z >= s with rows of unit length."""
+
+    unknowns: np.ndarray  # (n_impacts, 4) i4, as nodes; -1 for pinned
+    coefficients: np.ndarray  # (n_impacts, 4) f8
+    rhs: np.ndarray  # (n_impacts,) f8 [m kg^1/2], s
+    lengths: np.ndarray  # (n_impacts,) f8 [kg^-1/2], of the rows before scaling
+    hopeless: np.ndarray  # (n_impacts,) b1, violated and without unknowns
 
 
 def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     """Solve every zone of a system; small ones one a thread, large ones one by one."""
-    nodes = system.nodes
-    inverse_sqrt_masses = 1.0 / np.sqrt(system.masses)
-    coefficients, rhs = np.empty(nodes.shape), np.empty(len(nodes))
-    lengths = np.empty(len(nodes))
+    rows = _scaled_rows(system)
+    if options.method == "gradient":
+        return _descend(system, options, rows)
+    n_zones = len(system.impact_offsets) - 1
+    sizes = np.diff(system.impact_offsets)
+    auto = options.method == "auto"
+    single = (sizes == 1) & auto
+    small = ~single & ((sizes <= options.small_zone) if auto else options.method == "active-set")
+
+    scaled, steps = np.zeros(len(rows.rhs)), np.zeros(n_zones, np.int32)
+    # one impact alone: l = max(0, r / K), and K = 1 for a unit row
+    alone = system.impact_offsets[:-1][single]
+    scaled[alone] = np.maximum(rows.rhs[alone], 0.0)
+    statuses = _solve_small(system, rows, small, scaled, steps)
+    # Rounding can make an active set cycle, or take a row for dependent that is nearly so;
+    # the interior point minds neither.
+    large = ~(small | single) | ((statuses != SOLVED) & auto)
+    methods = np.where(single, "closed-form", np.where(large, "interior-point", "active-set"))
+
+    z = _pull(rows, system.normals, scaled, len(system.targets))
+    active = scaled > 0.0
+    feasible = statuses != INFEASIBLE
+    for zone in np.flatnonzero(large):
+        feasible[zone] = _solve_large(system, options, rows, zone, z, scaled, active, steps)
+    feasible &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
+    positions = system.targets + (1.0 / np.sqrt(system.masses))[:, None] * z
+    return SystemSolution(positions, scaled / rows.lengths, active, feasible, steps, methods)
+
+
+def _scaled_rows(system):
+    n = len(system.nodes)
+    coefficients, rhs, lengths = np.empty((n, 4)), np.empty(n), np.empty(n)
     kernels.scaled_rows(
-        nodes,
+        system.nodes,
         system.weights,
         system.normals,
         system.targets,
-        inverse_sqrt_masses,
+        1.0 / np.sqrt(system.masses),
         system.thickness,
         coefficients,
         rhs,
         lengths,
     )
-    unknowns = np.where(nodes < system.vertex_offsets[-1], nodes, -1).astype(np.int32)
-    if options.method == "gradient":
-        return _descend(system, options, unknowns, coefficients, rhs, lengths)
+    empty = lengths == 0.0
+    hopeless = empty & (rhs > 0.0)
+    rhs[empty] = -system.thickness  # satisfied, and in nobody's way
+    lengths[empty] = 1.0
+    unknowns = np.where(system.nodes < system.vertex_offsets[-1], system.nodes, -1)
+    return _Rows(unknowns.astype(np.int32), coefficients, rhs, lengths, hopeless)
 
-    n_zones = len(system.impact_offsets) - 1
-    sizes = np.diff(system.impact_offsets)
-    scaled = np.zeros(len(nodes))
-    statuses, steps = np.zeros(n_zones, np.int8), np.zeros(n_zones, np.int32)
-    small = np.full(n_zones, options.method == "active-set")
-    single = (sizes == 1) & (options.method == "auto")
-    if options.method == "auto":
-        # one impact alone: l = max(0, r / K), and K = 1 for a unit row
-        rows = system.impact_offsets[:-1][single]
-        scaled[rows] = np.maximum(rhs[rows], 0.0)
-        small = (sizes <= options.small_zone) & ~single
+
+def _solve_small(system, rows, small, scaled, steps):
+    """Active set for the zones marked; writes multipliers and steps, returns statuses."""
+    statuses = np.full(len(small), SOLVED, np.int8)
     if small.any():
         kernels.solve_active_set(
             np.flatnonzero(small),
             system.impact_offsets,
-            unknowns,
-            coefficients,
+            rows.unknowns,
+            rows.coefficients,
             system.normals,
-            rhs,
+            rows.rhs,
             scaled,
             statuses,
             steps,
         )
-    methods = np.where(single, "closed-form", np.where(small, "active-set", "interior-point"))
-    methods = methods.astype(object)
-    # rounding can make the active set cycle; the interior point does not mind
-    large = ~(small | single) | ((statuses == NOT_CONVERGED) & (options.method == "auto"))
-    methods[large] = "interior-point"
-    z = _pull(unknowns, coefficients, system.normals, scaled, len(system.targets))
-    active = scaled > 0.0
-    feasible = statuses != INFEASIBLE
-    for zone in np.flatnonzero(large):
-        rows = slice(*system.impact_offsets[zone : zone + 2])
-        own = slice(*system.vertex_offsets[zone : zone + 2])
-        local = np.where(unknowns[rows] < 0, -1, unknowns[rows] - own.start)
-        matrix = scaled_matrix(
-            local, coefficients[rows], system.normals[rows], own.stop - own.start
-        )
-        if not rhs[rows].max() > 0.0:
-            z[own], scaled[rows], active[rows] = 0.0, 0.0, False
-            continue
-        violation = options.violation_tolerance * system.thickness / lengths[rows].max()
-        zone_z, scaled[rows], steps[zone], feasible[zone] = interior_point(
-            matrix, rhs[rows], options.gap_tolerance, violation
-        )
-        active[rows] = scaled[rows] > matrix @ zone_z - rhs[rows]
-        z[own] = zone_z.reshape(-1, 3)
-        if not (nodes[rows] >= system.vertex_offsets[-1]).any():
-            _keep_centre(z[own], inverse_sqrt_masses[own])
-    positions = system.targets + inverse_sqrt_masses[:, None] * z
-    return SystemSolution(positions, scaled / lengths, active, feasible, steps, list(methods))
+    return statuses
 
 
-def _pull(unknowns, coefficients, normals, scaled, n):
+def _solve_large(system, options, rows, zone, z, scaled, active, steps):
+    """Interior point for one zone; writes its part of the arrays, returns feasible."""
+    own = slice(*system.impact_offsets[zone : zone + 2])
+    vertices = slice(*system.vertex_offsets[zone : zone + 2])
+    if not rows.rhs[own].max() > 0.0:
+        z[vertices], scaled[own], active[own] = 0.0, 0.0, False
+        return True
+    local = np.where(rows.unknowns[own] < 0, -1, rows.unknowns[own] - vertices.start)
+    n_vertices = vertices.stop - vertices.start
+    matrix = scaled_matrix(local, rows.coefficients[own], system.normals[own], n_vertices)
+    solution, scaled[own], steps[zone], feasible = interior_point(
+        matrix,
+        rows.rhs[own],
+        options.gap_tolerance,
+        options.violation_tolerance * system.thickness / rows.lengths[own].max(),
+    )
+    active[own] = scaled[own] > matrix @ solution - rows.rhs[own]
+    z[vertices] = solution.reshape(-1, 3)
+    if (rows.unknowns[own] >= 0).all():
+        _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))
+    return feasible
+
+
+def _pull(rows, normals, scaled, n):
     """(n, 3) f8, C^T u."""
     z = np.zeros((n + 1, 3))  # the last row takes what acts on pinned vertices
-    terms = coefficients[:, :, None] * (scaled[:, None] * normals)[:, None, :]
-    np.add.at(z, unknowns.ravel(), terms.reshape(-1, 3))
+    terms = rows.coefficients[:, :, None] * (scaled[:, None] * normals)[:, None, :]
+    np.add.at(z, rows.unknowns.ravel(), terms.reshape(-1, 3))
     return z[:n]
 
 
-def _keep_centre(z, inverse_sqrt_masses):
+def _keep_centre(z, sqrt_masses):
     """Take out the translation of a zone without pinned vertices.
 
     Weights sum to zero, so the optimum leaves the centre of mass where it is, and a
     translation changes no gap: what the factorisation's rounding put there can go.
     """
-    masses = inverse_sqrt_masses**-2
     for _ in range(2):
-        moment = (z / inverse_sqrt_masses[:, None]).sum(axis=0)
-        z -= (moment / masses.sum())[None, :] / inverse_sqrt_masses[:, None]
+        moment = (z * sqrt_masses[:, None]).sum(axis=0)
+        z -= moment * (sqrt_masses / (sqrt_masses**2).sum())[:, None]
 
 
 XRTAILOR = Descent(
@@ -131,7 +160,7 @@ def _row_coupling(unknowns, coefficients, impact_offsets, n_vertices):
     return np.maximum.reduceat(row_sums, impact_offsets[:-1])
 
 
-def _descend(system, options, unknowns, coefficients, rhs, lengths):
+def _descend(system, options, rows):
     """The page's method, in scaled variables or in those of the system a preset is from."""
     n_free, n_zones = system.vertex_offsets[-1], len(system.impact_offsets) - 1
     free_masses = system.masses[:n_free]
@@ -140,19 +169,19 @@ def _descend(system, options, unknowns, coefficients, rhs, lengths):
         # positions in metres; kappa_i = 1/2 mean(1/m) m_i over the vertices of the zone
         mean = np.add.reduceat(1.0 / free_masses, system.vertex_offsets[:-1]) / per_vertex
         curvatures = 0.5 * np.repeat(mean, per_vertex) * free_masses
-        centres, rows = system.targets[:n_free], system.weights
-        held = np.where(unknowns < 0, system.weights, 0.0)
+        centres, coefficients = system.targets[:n_free], system.weights
+        held = np.where(rows.unknowns < 0, system.weights, 0.0)
         reach = np.einsum("jk,jkx,jx->j", held, system.targets[system.nodes], system.normals)
         b = system.thickness - reach
         mus, first_steps, parameters = np.full(n_zones, 1e3), 1e-3 * per_vertex, XRTAILOR
     else:
         # each zone in units of its largest rhs, so that every tolerance is relative
-        largest = np.maximum.reduceat(np.abs(rhs), system.impact_offsets[:-1])
+        largest = np.maximum.reduceat(np.abs(rows.rhs), system.impact_offsets[:-1])
         curvatures, centres = np.full(n_free, 0.5), np.zeros((n_free, 3))
-        rows, b = coefficients, rhs / np.repeat(largest, per_impact)
+        coefficients, b = rows.coefficients, rows.rhs / np.repeat(largest, per_impact)
         # The page gives mu and the line search no values that fit all scalings. Multipliers
         # that are updated after every step converge if mu is at most 1 / |C C^T|.
-        mus = 1.0 / _row_coupling(unknowns, rows, system.impact_offsets, n_free)
+        mus = 1.0 / _row_coupling(rows.unknowns, coefficients, system.impact_offsets, n_free)
         first_steps = np.ones(n_zones)
         parameters = Descent(
             armijo=1e-4,
@@ -163,13 +192,13 @@ def _descend(system, options, unknowns, coefficients, rhs, lengths):
             # complementarity is a product of this error with multipliers of a few units
             tolerance=0.01 * options.gap_tolerance,
         )
-    found, multipliers = np.empty((n_free, 3)), np.zeros(len(rhs))
+    found, multipliers = np.empty((n_free, 3)), np.zeros(len(b))
     steps = np.zeros(n_zones, np.int32)
     kernels.solve_lagrangian(
         system.impact_offsets,
         system.vertex_offsets,
-        unknowns,
-        rows,
+        rows.unknowns,
+        coefficients,
         system.normals,
         b,
         curvatures,
@@ -189,14 +218,14 @@ def _descend(system, options, unknowns, coefficients, rhs, lengths):
     else:
         scale = np.repeat(largest, per_vertex) / np.sqrt(free_masses)
         positions[:n_free] += scale[:, None] * found
-        multipliers *= np.repeat(largest, per_impact) / lengths
+        multipliers *= np.repeat(largest, per_impact) / rows.lengths
     return SystemSolution(
         positions,
         multipliers,
         multipliers > 0.0,
         np.ones(n_zones, bool),
         steps,
-        ["gradient"] * n_zones,
+        np.full(n_zones, "gradient"),
     )
 
 
@@ -253,7 +282,7 @@ def solve_zone(
         positions,
         solution.multipliers,
         residuals(problem, positions, solution.multipliers),
-        solution.methods[0],
+        str(solution.methods[0]),
         int(solution.iterations[0]),
         bool(solution.feasible[0]),
     )

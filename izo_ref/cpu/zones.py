@@ -20,11 +20,12 @@ def scaled_rows(
     thickness,  # f8  [m]
     # Out:
     coefficients_out,  # (n_impacts, 4) f8, unit length in each row
-    rhs_out,  # (n_impacts,) f8  [m kg^1/2]
-    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling
+    rhs_out,  # (n_impacts,) f8  [m kg^1/2]; thickness - gap [m] where the length is 0
+    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 0: no unknowns
 ):
     for j in prange(nodes.shape[0]):
         length_sq = 0.0
+        normal_sq = 0.0
         gap = 0.0
         for k in range(4):
             coefficient = weights[j, k] * inverse_sqrt_masses[nodes[j, k]]
@@ -32,11 +33,14 @@ def scaled_rows(
             length_sq += coefficient * coefficient
             for axis in range(3):
                 gap += weights[j, k] * normals[j, axis] * targets[nodes[j, k], axis]
-        length = math.sqrt(length_sq)
-        lengths_out[j] = length
-        rhs_out[j] = (thickness - gap) / length
-        for k in range(4):
-            coefficients_out[j, k] /= length
+        for axis in range(3):
+            normal_sq += normals[j, axis] * normals[j, axis]
+        lengths_out[j] = math.sqrt(length_sq * normal_sq)
+        rhs_out[j] = thickness - gap
+        if lengths_out[j] > 0.0:
+            rhs_out[j] /= lengths_out[j]
+            for k in range(4):
+                coefficients_out[j, k] /= lengths_out[j]
 
 
 @cpu_kernel
