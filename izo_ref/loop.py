@@ -102,9 +102,8 @@ class Loop:
             if len(self.blocked.toi):
                 return False
             middle = time.perf_counter()
-            selected = select_impacts(found, self.scene.pinned, self.options.selection)
-            hopeless = self.stuck[found.nodes].any(axis=1)
-            new = found.take(selected & ~hopeless)
+            hopeful = found.take(~self.stuck[found.nodes].any(axis=1))
+            new = hopeful.take(select_impacts(hopeful, self.scene.pinned, self.options.selection))
             n_before = len(self.impacts.toi)
             self.impacts = join_impacts((self.impacts, new))
             n_zones, n_solved = self._solve(n_before) if len(new.toi) else (0, 0)

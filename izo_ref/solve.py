@@ -179,9 +179,10 @@ def _descend(system, options, rows):
         largest = np.maximum.reduceat(np.abs(rows.rhs), system.impact_offsets[:-1])
         curvatures, centres = np.full(n_free, 0.5), np.zeros((n_free, 3))
         coefficients, b = rows.coefficients, rows.rhs / np.repeat(largest, per_impact)
-        # The page gives mu and the line search no values that fit all scalings. Multipliers
-        # that are updated after every step converge if mu is at most 1 / |C C^T|.
-        mus = 1.0 / _row_coupling(rows.unknowns, coefficients, system.impact_offsets, n_free)
+        # The page gives mu and the line search no values that fit all scalings. With the
+        # multipliers updated after every step, one row (K = 1) and a step of 1 give a
+        # linear map that is stable for mu < 2/3; so half of 1 / |C C^T|.
+        mus = 0.5 / _row_coupling(rows.unknowns, coefficients, system.impact_offsets, n_free)
         first_steps = np.ones(n_zones)
         parameters = Descent(
             armijo=1e-4,

@@ -23,6 +23,8 @@ time at which it falls to the threshold is computed with 5 u of relative error o
 difference of at most 4 |n|_1 M: 20 u. Together 36 u; GAP_ERROR = 48 u is the threshold.
 """
 
+import math
+
 from izo_ref._jit import compiled
 from izo_ref.scalar.closest import pair_weights, weighted_sum
 from izo_ref.scalar.coplanar import (
@@ -113,6 +115,11 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
             is_edge_edge, a1[k], a2[k], a3[k], b1[k], b2[k], b3[k], gap_error + TINY
         ):
             return APART, 1.0, (0.0, 0.0, 0.0), 0
+    # By a power of two to a size near 1: exact, and products neither overflow nor vanish.
+    size = math.ldexp(1.0, -math.frexp(max(m1, max(m2, m3)))[1])
+    a1, a2, a3 = scale3(size, a1), scale3(size, a2), scale3(size, a3)
+    b1, b2, b3 = scale3(size, b1), scale3(size, b2), scale3(size, b3)
+    m1, m2, m3, gap_error = size * m1, size * m2, size * m3, size * gap_error
     cubic = (0.0, 0.0, 0.0, 0.0)
     cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + TINY
     direction = (0.0, 0.0, 0.0)

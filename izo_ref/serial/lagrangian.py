@@ -167,7 +167,9 @@ def lagrangian_descent(
             for axis in range(3):
                 norm_sq += gradient[i, axis] ** 2
         step *= parameters.grow
-        while step >= parameters.smallest_step:
+        # A gradient of zero needs no step; the strict inequality of eq. 18 would shrink it
+        # to nothing and stop with the multipliers unfinished.
+        while norm_sq > 0.0 and step >= parameters.smallest_step:
             change = lagrangian_change(*zone, *data, unknowns_out, multipliers_out, gradient, step)
             if change < -parameters.armijo * step * norm_sq:
                 break

@@ -1,0 +1,54 @@
+"""Distance of a vertex and a face, or of two edges, by trying every pair of features."""
+
+import numpy as np
+
+L = np.longdouble
+
+
+def _point_segment(p, a, b):
+    d = b - a
+    length_sq = d @ d
+    s = L(0) if length_sq == 0 else np.clip((p - a) @ d / length_sq, L(0), L(1))
+    return a + s * d - p
+
+
+def _point_plane(p, a, b, c):
+    n = np.cross(b - a, c - a)
+    if n @ n == 0:
+        return None
+    foot = p - ((p - a) @ n) / (n @ n) * n
+    inside = all(np.cross(v - u, foot - u) @ n >= 0 for u, v in ((a, b), (b, c), (c, a)))
+    return foot - p if inside else None
+
+
+def _line_line(a, b, c, d):
+    u, v = b - a, d - c
+    n = np.cross(u, v)
+    if n @ n == 0:
+        return None
+    s = np.cross(c - a, v) @ n / (n @ n)
+    r = np.cross(c - a, u) @ n / (n @ n)
+    inside = 0 <= s <= 1 and 0 <= r <= 1
+    return (a + s * u) - (c + r * v) if inside else None
+
+
+def distance(is_edge_edge, start, end, t):
+    """Of a pair of four points each at time t."""
+    start, end, t = np.asarray(start, L), np.asarray(end, L), L(t)
+    a, b, c, d = (1 - t) * start + t * end
+    if is_edge_edge:
+        vectors = [
+            _line_line(a, b, c, d),
+            _point_segment(a, c, d),
+            _point_segment(b, c, d),
+            _point_segment(c, a, b),
+            _point_segment(d, a, b),
+        ]
+    else:
+        vectors = [
+            _point_plane(a, b, c, d),
+            _point_segment(a, b, c),
+            _point_segment(a, c, d),
+            _point_segment(a, d, b),
+        ]
+    return float(min(np.sqrt(v @ v) for v in vectors if v is not None))

@@ -1,0 +1,131 @@
+"""Rules of the house that a program can check."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "izo_ref"
+FLOORS = [
+    {"_jit", "types", "errors", "options", "version"},
+    {"scalar", "serial", "checks", "exact"},
+    {"cpu"},
+    {
+        "broad",
+        "detect",
+        "intersections",
+        "scene",
+        "selection",
+        "zones",
+        "problem",
+        "solve",
+        "interior_point",
+        "certify",
+        "numbering",
+        "io",
+        "picture",
+    },
+    {"loop", "fallback", "resolve", "summary", "demo"},
+    {"cli", "__init__"},
+]
+SOURCES = sorted(PACKAGE.rglob("*.py"))
+
+
+def part_of(path):
+    parts = path.relative_to(PACKAGE).with_suffix("").parts
+    return parts[0]
+
+
+def floor_of(part):
+    return next(i for i, floor in enumerate(FLOORS) if part in floor)
+
+
+def imports_of(path):
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("izo_ref"):
+            names = node.module.split(".")[1:]
+            yield from ([names[0]] if names else [alias.name for alias in node.names])
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(PACKAGE)))
+def test_imports_point_down(path):
+    own = floor_of(part_of(path))
+    for part in imports_of(path):
+        assert floor_of(part) <= own, f"{path} is on floor {own} and imports {part}"
+
+
+def test_imports_have_no_circle():
+    names = {".".join(p.relative_to(PACKAGE).with_suffix("").parts): p for p in SOURCES}
+    graph = {}
+    for name, path in names.items():
+        modules = set()
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("izo_ref"):
+                inner = ".".join(node.module.split(".")[1:])
+                prefix = f"{inner}." if inner else ""
+                submodules = {prefix + alias.name for alias in node.names} & set(names)
+                modules |= submodules or ({inner} if inner else set())
+        graph[name] = modules
+    done = set()
+    while graph:
+        ready = {name for name, modules in graph.items() if modules <= done}
+        assert ready, f"circle among {sorted(graph)}"
+        done |= ready
+        graph = {name: modules for name, modules in graph.items() if name not in ready}
+
+
+def test_oracles_import_nothing_of_the_package():
+    for path in (ROOT / "tests" / "naive").glob("*.py"):
+        assert "izo_ref" not in path.read_text(), path
+
+
+def test_import_needs_numpy_and_numba_alone():
+    code = (
+        # numba looks for scipy by itself
+        "import sys, numba; before = {m.split('.')[0] for m in sys.modules}; import izo_ref;"
+        "print(sorted({m.split('.')[0] for m in sys.modules} - before - set(sys.stdlib_module_names)))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "['izo_ref']"
+
+
+def kernels():
+    for path in (PACKAGE / "cpu").glob("*.py"):
+        text = path.read_text()
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.FunctionDef) and any(
+                getattr(d, "id", "") == "cpu_kernel" for d in node.decorator_list
+            ):
+                yield pytest.param(ast.get_source_segment(text, node), node, id=node.name)
+
+
+@pytest.mark.parametrize(("source", "node"), list(kernels()))
+def test_kernels_state_their_contract(source, node):
+    names = [argument.arg for argument in node.args.args]
+    signature = source[: source.index("\n):")]
+    inputs, marked, outputs = signature.partition("# Out:")
+    assert "# In:" in inputs, "inputs come first"
+    assert marked, "then outputs"
+    written = {
+        target.value.id
+        for inner in ast.walk(node)
+        for target in getattr(inner, "targets", [getattr(inner, "target", None)])
+        if isinstance(target, ast.Subscript) and isinstance(target.value, ast.Name)
+    }
+    assert all(name.endswith("_out") for name in written), written
+    for name in names:
+        assert f"    {name},  # " in signature, f"{name} has no shape, type or unit"
+        assert name.endswith("_out") == (f"    {name}," in outputs)
+
+
+def test_every_public_name_says_what_it_is():
+    import izo_ref
+
+    for name in izo_ref.__all__:
+        thing = getattr(izo_ref, name)
+        if inspect.isfunction(thing) or inspect.isclass(thing):
+            assert thing.__doc__ and not thing.__doc__.startswith(name + "("), name

@@ -1,0 +1,127 @@
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref import errors
+from tests.shapes import grid
+
+START = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+FACES = np.array([[0, 1, 2], [0, 1, 3]])
+
+
+def scene(**changes):
+    arguments = {"positions_t0": START, "positions_t1": START, "faces": FACES}
+    return izo_ref.Scene(**(arguments | changes))
+
+
+def changed(array, index, value):
+    array = np.array(array, dtype=float if isinstance(value, float) else None)
+    array[index] = value
+    return array
+
+
+@pytest.mark.parametrize(
+    ("changes", "error", "words"),
+    [
+        ({"positions_t0": START[:, :2]}, errors.ShapeError, ["positions_t0", "(n, 3)", "(4, 2)"]),
+        ({"positions_t1": START[:3]}, errors.ShapeError, ["positions_t1", "(4, 3)", "(3, 3)"]),
+        ({"positions_t0": [["a"] * 3]}, errors.ShapeError, ["positions_t0", "numbers"]),
+        (
+            {"positions_t1": changed(START, (2, 1), np.nan)},
+            errors.NonFiniteError,
+            ["positions_t1", "found 1", "nan", "[2, 1]"],
+        ),
+        (
+            {"positions_t0": changed(START, (3, 0), -np.inf)},
+            errors.NonFiniteError,
+            ["positions_t0", "-inf", "[3, 0]"],
+        ),
+        ({"faces": FACES[:, :2]}, errors.ShapeError, ["faces", "(2, 2)"]),
+        ({"faces": FACES + 0.5}, errors.ShapeError, ["faces", "integers", "float64"]),
+        (
+            {"faces": changed(FACES, (1, 2), 4)},
+            errors.IndexRangeError,
+            ["faces", "0 to 3", "row 1", "[0, 1, 4]"],
+        ),
+        ({"faces": changed(FACES, (0, 0), -1)}, errors.IndexRangeError, ["row 0", "[-1, 1, 2]"]),
+        (
+            {"faces": changed(FACES, (1, 2), 1)},
+            errors.DegenerateFaceError,
+            ["face 1", "[0, 1, 1]"],
+        ),
+        ({"masses": [1, 1, 0, 1]}, errors.MassError, ["masses", "> 0", "0.0", "vertex 2"]),
+        ({"masses": [1, 1, 1, -2]}, errors.MassError, ["-2.0", "vertex 3"]),
+        ({"masses": [1, 1, np.inf, 1]}, errors.NonFiniteError, ["masses", "inf"]),
+        ({"masses": [1, 1]}, errors.ShapeError, ["masses", "(4)", "(2,)"]),
+        ({"pinned": [0, 1, 0, 0]}, errors.ShapeError, ["pinned", "bool", "int64"]),
+        ({"pinned": [True]}, errors.ShapeError, ["pinned", "(4,)", "(1,)"]),
+        ({"initial_intersections": "no"}, errors.OptionError, ["'raise'", "'no'"]),
+    ],
+)
+def test_bad_input_names_the_first_offender(changes, error, words):
+    with pytest.raises(error) as caught:
+        scene(**changes)
+    assert isinstance(caught.value, izo_ref.IzoError)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_defaults_and_types():
+    made = scene()
+    assert made.positions_t0.dtype == np.float64
+    assert made.faces.dtype == np.int32
+    assert made.masses.tolist() == [1.0] * 4
+    assert not made.pinned.any()
+    assert made.excluded is None
+    assert made.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]]
+
+
+def test_input_is_copied():
+    start = START.copy()
+    made = scene(positions_t0=start)
+    start[0] = 9.0
+    assert made.positions_t0[0].tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("faces", [[], np.empty((0, 3), int)])
+def test_a_scene_may_have_no_faces(faces):
+    made = scene(faces=faces)
+    result = izo_ref.resolve(made)
+    assert result.status is izo_ref.Status.FREE
+
+
+def crossing_sheets():
+    a, faces = grid(4)
+    b = a[:, [0, 2, 1]] + (0.05, 0.4, -0.45)
+    return np.concatenate((a, b)), np.concatenate((faces, faces + 16))
+
+
+def test_initial_intersections_are_refused_and_named():
+    positions, faces = crossing_sheets()
+    with pytest.raises(errors.InitialIntersectionError) as caught:
+        izo_ref.Scene(positions, positions, faces)
+    assert "edge (" in str(caught.value) and "face (" in str(caught.value)
+    assert len(caught.value.pairs.nodes) > 0
+
+
+def test_initial_intersections_can_be_left_out_and_are_listed():
+    positions, faces = crossing_sheets()
+    made = izo_ref.Scene(positions, positions + 0.01, faces, initial_intersections="exclude")
+    assert len(made.excluded.nodes) > 0
+    result = izo_ref.resolve(made)
+    assert result.certificate.excluded is made.excluded
+    assert result.certificate.free
+
+
+def test_touching_at_the_start_is_an_intersection():
+    start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, 0], [0, 0, 1], [1, 0, 1.0]])
+    with pytest.raises(errors.InitialIntersectionError):
+        izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
+    start[3, 2] = np.nextafter(0.0, 1.0)
+    izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
+
+
+def test_a_face_folded_flat_onto_its_neighbour_is_found():
+    start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0.0]])
+    with pytest.raises(errors.InitialIntersectionError):
+        izo_ref.Scene(start, start, [[0, 1, 2], [1, 0, 3]])
