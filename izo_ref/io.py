@@ -70,9 +70,10 @@ def check_writable(path):
 
 def _load(path, names):
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            if not hasattr(archive, "files"):
-                raise FileFormatError(f"{path}: expected an .npz archive, got a single array")
+        archive = np.load(path, allow_pickle=False)
+        if isinstance(archive, np.ndarray):
+            raise FileFormatError(f"{path}: expected an .npz archive, got a single array")
+        with archive:
             arrays = {name: archive[name] for name in archive.files}
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror or error}") from None

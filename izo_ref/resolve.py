@@ -98,7 +98,7 @@ def resolve(
     loop = Loop(renumbered(scene, order), thickness, options, on_iteration)
     free = loop.run(0)
     times["main"] = time.perf_counter()
-    if free:
+    if free and loop.active.any():
         _relinearize(loop, options)
     times["relinearize"] = time.perf_counter()
     scaled_back = [] if free else scale_back(loop)

@@ -22,17 +22,8 @@ def vertex_over_face(drop=2.0, masses=(1.0, 1.0, 1.0, 1.0), pinned=(False,) * 4,
     Vertices 0..2 are the face in z = 0, vertex 3 stands 1 above `at` and falls by `drop`;
     the triangle it belongs to reaches up and away, so nothing else meets.
     """
-    start = np.array(
-        [
-            [0, 0, 0],
-            [1, 0, 0],
-            [0, 1, 0],
-            [*at, 1],
-            [at[0] - 0.1, at[1], 9],
-            [at[0] + 0.1, at[1], 9],
-        ],
-        float,
-    )
+    start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [*at, 1], [*at, 9], [*at, 9]], float)
+    start[4:, 0] += (-0.1, 0.1)
     end = start.copy()
     end[3, 2] -= drop
     faces = np.array([[0, 1, 2], [3, 4, 5]])

@@ -40,7 +40,9 @@ CASES = {
     "onto an edge of the face": (VF, *drop(SQUARE, 2.0, (0.5, 0.5)), True, 0.5),
     "onto a corner": (VF, *drop(SQUARE, 2.0, (0.0, 0.0)), True, 0.5),
     "motionless": (VF, SQUARE, SQUARE, False, None),
-    "motionless, coplanar, beside": (VF, [(2, 2, 0), *SQUARE[1:]], [(2, 2, 0), *SQUARE[1:]], False, None),
+    "motionless, coplanar, beside": (
+        VF, [(2, 2, 0), *SQUARE[1:]], [(2, 2, 0), *SQUARE[1:]], False, None,
+    ),
     "rigid translation": (VF, SQUARE, moved(SQUARE, *[(9, -7, 5)] * 4), False, None),
     "in the plane, into the face": (
         VF, [(-1, 0.2, 0), *SQUARE[1:]], [(1, 0.2, 0), *SQUARE[1:]], True, 0.5,
@@ -165,7 +167,7 @@ def test_against_exact_arithmetic_on_random_pairs(rng):
         end = start + rng.normal(size=(4, 3)) * rng.choice([0.1, 1.0, 3.0])
         is_edge_edge = bool(rng.integers(2))
         expected = ccd.meets(is_edge_edge, start, end)
-        status, toi, _, _ = first_contact(is_edge_edge, start, end)
+        status, *_ = first_contact(is_edge_edge, start, end)
         if expected is not None:
             assert (status == CONTACT) is expected
             meeting += expected

@@ -100,7 +100,8 @@ def test_initial_intersections_are_refused_and_named():
     positions, faces = crossing_sheets()
     with pytest.raises(errors.InitialIntersectionError) as caught:
         izo_ref.Scene(positions, positions, faces)
-    assert "edge (" in str(caught.value) and "face (" in str(caught.value)
+    assert "edge (" in str(caught.value)
+    assert "face (" in str(caught.value)
     assert len(caught.value.pairs.nodes) > 0
 
 

@@ -6,6 +6,7 @@ which they get unless the contact is exactly on the boundary. Then the answer is
 """
 
 from fractions import Fraction as Q
+from itertools import pairwise
 
 BISECTIONS = 200
 
@@ -111,7 +112,7 @@ def _sturm(poly):
 
 def _changes(chain, t):
     signs = [v for v in (_value(p, t) for p in chain) if v != 0]
-    return sum(a * b < 0 for a, b in zip(signs, signs[1:], strict=False))
+    return sum(a * b < 0 for a, b in pairwise(signs))
 
 
 def _isolate(poly, chain, low, high):
