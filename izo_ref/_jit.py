@@ -55,18 +55,25 @@ def _cached_in(folder: Path):
 CACHE_FOLDER = _cache_folder()
 
 
+def _njit(function, **options):
+    with _cached_in(CACHE_FOLDER):
+        return njit(
+            cache=True,
+            error_model="numpy",
+            fastmath=False,
+            nogil=True,
+            no_cfunc_wrapper=True,  # a tenth of the compile time, and nobody calls from C
+            **options,
+        )(function)
+
+
 def compiled(function):
     """Compile for one thread; `scalar/` and `serial/` use nothing else."""
-    with _cached_in(CACHE_FOLDER):
-        return njit(cache=True, error_model="numpy", fastmath=False, nogil=True)(function)
+    return _njit(function)
 
 
-def cpu_kernel(function):
-    """Compile a kernel over `prange`; launches are serialised over Python threads."""
-    with _cached_in(CACHE_FOLDER):
-        kernel = njit(cache=True, error_model="numpy", fastmath=False, nogil=True, parallel=True)(
-            function
-        )
+def _kernel(function, **options):
+    kernel = _njit(function, **options)
 
     @functools.wraps(function)
     def launch(*arrays):
@@ -75,3 +82,14 @@ def cpu_kernel(function):
 
     launch.kernel = kernel
     return launch
+
+
+def cpu_kernel(function):
+    """Compile a kernel over `prange`; launches are serialised over Python threads."""
+    return _kernel(function, parallel=True)
+
+
+def light_kernel(function):
+    """A kernel whose `prange` is a plain loop: it has so little to do that threads gain
+    less than they take to compile, which is twice as long."""
+    return _kernel(function)

@@ -40,13 +40,24 @@ class Detector:
         faces: (n_faces, 3) i4.
         excluded: `Pairs` that are not looked at, or None.
         batch_pairs: candidate pairs in memory at once.
+        start_is_free: the start was found free, exactly; then so are pairs at rest.
     """
 
-    def __init__(self, positions_t0, edges, faces, excluded=None, batch_pairs=1 << 20):
+    def __init__(
+        self,
+        positions_t0,
+        edges,
+        faces,
+        excluded=None,
+        batch_pairs=1 << 20,
+        *,
+        start_is_free=True,
+    ):
         self.positions_t0 = positions_t0
         self.edges = edges
         self.faces = faces
         self.batch_pairs = batch_pairs
+        self.start_is_free = start_is_free
         self.tally = Tally()
         self._excluded = None if excluded is None else _pair_keys(excluded)
         self._elements = None
@@ -94,9 +105,12 @@ class Detector:
         order = np.lexsort((elements[:, 1], elements[:, 0]))
         nodes, toi, directions = nodes[order], toi[order], directions[order]
         kinds = np.full(len(nodes), is_edge_edge)
+        kept = np.ones(len(nodes), bool)
+        if self.start_is_free:
+            kept = (self.positions_t0[nodes] != positions_t1[nodes]).any(axis=(1, 2))
         if self._excluded is not None:
-            kept = ~np.isin(_pair_keys(Pairs(nodes, kinds)), self._excluded)
-            nodes, kinds, toi, directions = nodes[kept], kinds[kept], toi[kept], directions[kept]
+            kept &= ~np.isin(_pair_keys(Pairs(nodes, kinds)), self._excluded)
+        nodes, kinds, toi, directions = nodes[kept], kinds[kept], toi[kept], directions[kept]
         weights, normals = np.empty((len(nodes), 4)), np.empty((len(nodes), 3))
         kernels.impact_frames(
             self.positions_t0, positions_t1, nodes, kinds, toi, directions, weights, normals
@@ -146,7 +160,8 @@ def find_impacts(scene, options: Options | None = None) -> Impacts:
     """Every vertex-face and edge-edge pair that meets on the path of a scene.
 
     A pair that is only touched, at any time up to t = 1, meets; so does one that comes
-    closer than rounding can tell from touching (some 1e-14 of its size). None is missed.
+    closer than rounding can tell from touching: some 1e-14 of its size, more for slivers.
+    None is missed.
 
     Args:
         scene: `Scene`.

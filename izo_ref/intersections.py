@@ -18,6 +18,8 @@ def intersecting_pairs(positions, edges, faces):
     A mesh intersects itself if an edge meets a face it has no vertex in common with, or a
     vertex-face or edge-edge pair touches. Where an edge meets a face, every vertex-face
     and edge-edge pair among the two may begin on the wrong side, so all five are named.
+    Two faces with the same three vertices lie on each other however they move; they are
+    no intersection.
 
     Returns:
         Descriptions ("edge (0, 1)", "face (2, 3, 4)") of what meets, and `Pairs`.
@@ -61,7 +63,8 @@ def _crossing_edges(positions, edges, faces):
 
 def _touching_pairs(positions, edges, faces):
     """Vertex-face and edge-edge pairs that touch: those within rounding, decided exactly."""
-    near = Detector(positions, edges, faces, batch_pairs=BATCH_PAIRS).find(positions)
+    detector = Detector(positions, edges, faces, None, BATCH_PAIRS, start_is_free=False)
+    near = detector.find(positions)
     sides = np.where(near.is_edge_edge, 2, 1)
     touch = [
         simplices_meet(positions[nodes[:k]], positions[nodes[k:]])

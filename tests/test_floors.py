@@ -99,7 +99,7 @@ def kernels():
         text = path.read_text()
         for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef) and any(
-                getattr(d, "id", "") == "cpu_kernel" for d in node.decorator_list
+                getattr(d, "id", "") in ("cpu_kernel", "light_kernel") for d in node.decorator_list
             ):
                 yield pytest.param(ast.get_source_segment(text, node), node, id=node.name)
 

@@ -2,7 +2,7 @@
 
 from numba import prange
 
-from izo_ref._jit import compiled, cpu_kernel
+from izo_ref._jit import compiled, cpu_kernel, light_kernel
 from izo_ref.scalar.advance import APART, advance
 from izo_ref.scalar.frame import closest_frame, impact_frame
 from izo_ref.scalar.vec3 import sub3
@@ -72,7 +72,7 @@ def first_contacts(
                 directions_out[i, axis] = direction[axis]
 
 
-@cpu_kernel
+@light_kernel
 def impact_frames(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
@@ -97,7 +97,7 @@ def impact_frames(
             normals_out[i, axis] = normal[axis]
 
 
-@cpu_kernel
+@light_kernel
 def closest_frames(
     # In:
     positions,  # (n_vertices, 3) f8  [m]

@@ -3,11 +3,11 @@
 import numpy as np
 from numba import prange
 
-from izo_ref._jit import cpu_kernel
+from izo_ref._jit import cpu_kernel, light_kernel
 from izo_ref.serial.tree import GROUP, meeting_leaves
 
 
-@cpu_kernel
+@light_kernel
 def element_boxes(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
@@ -29,7 +29,7 @@ def element_boxes(
             boxes_out[i, axis + 3] = high
 
 
-@cpu_kernel
+@light_kernel
 def element_moved(
     # In:
     vertex_moved,  # (n_vertices,) b1
@@ -44,7 +44,7 @@ def element_moved(
         moved_out[i] = moved
 
 
-@cpu_kernel
+@light_kernel
 def morton_codes(
     # In:
     boxes,  # (n, 6) f8  [m]
@@ -69,7 +69,7 @@ def morton_codes(
         codes_out[i] = code
 
 
-@cpu_kernel
+@light_kernel
 def leaf_groups(
     # In:
     leaf_boxes,  # (n_leaves, 6) f8  [m]
@@ -93,7 +93,7 @@ def leaf_groups(
                 boxes_out[first + group, axis + 3] = high
 
 
-@cpu_kernel
+@light_kernel
 def parent_nodes(
     # In:
     begin,  # i8, first node of the level; the level ends at 2 * begin

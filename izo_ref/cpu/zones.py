@@ -4,12 +4,12 @@ import math
 
 from numba import prange
 
-from izo_ref._jit import cpu_kernel
+from izo_ref._jit import cpu_kernel, light_kernel
 from izo_ref.serial.active_set import active_set
 from izo_ref.serial.lagrangian import lagrangian_descent
 
 
-@cpu_kernel
+@light_kernel
 def scaled_rows(
     # In:
     nodes,  # (n_impacts, 4) i4

@@ -12,8 +12,9 @@ the one that reaches farther, and goes on from there:
   That one does not mind rotation, but says nothing where the pair stays coplanar.
 
 So nothing is missed: a pair is called APART only when each part of [0, 1] was proved.
-CONTACT says that at `toi` the pair is closer than rounding can tell from touching;
-UNDECIDED that `MAX_STEPS` did not suffice, with the time until which it is proved apart.
+CONTACT says that at `toi` neither proof gets on: the pair touches but for rounding, which
+is some 1e-14 of the size of a well-shaped pair, and more for slivers. UNDECIDED says that
+`MAX_STEPS` did not suffice, with the time until which it is proved apart.
 
 Rounding of the first proof. u = 2^-53; M bounds |e_k|_inf (node k relative to node 0) at
 both ends; n is taken as exact. Each projection n . e_k has the input's error u and
@@ -23,8 +24,6 @@ time at which it falls to the threshold is computed with 5 u of relative error o
 difference of at most 4 |n|_1 M: 20 u. Together 36 u; GAP_ERROR = 48 u is the threshold.
 """
 
-import math
-
 from izo_ref._jit import compiled
 from izo_ref.scalar.closest import pair_weights, weighted_sum
 from izo_ref.scalar.coplanar import (
@@ -33,8 +32,16 @@ from izo_ref.scalar.coplanar import (
     bernstein_coefficients,
     root_free_until,
 )
-from izo_ref.scalar.frame import plane_normal
-from izo_ref.scalar.vec3 import dot3, lerp3, max_abs3, scale3, sum_abs3, unit3
+from izo_ref.scalar.frame import feature_normal
+from izo_ref.scalar.vec3 import (
+    dot3,
+    lerp3,
+    max_abs3,
+    power_of_two_for,
+    scale3,
+    sum_abs3,
+    unit3,
+)
 
 APART = 0
 CONTACT = 1
@@ -116,7 +123,7 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
         ):
             return APART, 1.0, (0.0, 0.0, 0.0), 0
     # By a power of two to a size near 1: exact, and products neither overflow nor vanish.
-    size = math.ldexp(1.0, -math.frexp(max(m1, max(m2, m3)))[1])
+    size = power_of_two_for(max(m1, max(m2, m3)))
     a1, a2, a3 = scale3(size, a1), scale3(size, a2), scale3(size, a3)
     b1, b2, b3 = scale3(size, b1), scale3(size, b2), scale3(size, b3)
     m1, m2, m3, gap_error = size * m1, size * m2, size * m3, size * gap_error
@@ -126,18 +133,15 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
     t = 0.0
     for step in range(1, MAX_STEPS + 1):
         q1, q2, q3 = lerp3(a1, b1, t), lerp3(a2, b2, t), lerp3(a3, b3, t)
-        n = unit3(weighted_sum(pair_weights(is_edge_edge, q1, q2, q3), q1, q2, q3))
+        weights = pair_weights(is_edge_edge, q1, q2, q3)
+        n = unit3(weighted_sum(weights, q1, q2, q3))
         threshold = gap_error * sum_abs3(n) + TINY
         until = separated_until(is_edge_edge, n, a1, a2, a3, b1, b2, b3, t, threshold)
         if until > 1.0:
             return APART, 1.0, n, step
         if until >= 0.0:
             direction = n
-        # Close to contact the vector between the closest points is mostly rounding, while
-        # the normal of the face or of both edges is not.
-        m = plane_normal(is_edge_edge, q1, q2, q3)
-        if dot3(m, n) < 0.0:
-            m = scale3(-1.0, m)
+        m = feature_normal(is_edge_edge, weights, q1, q2, q3, n)
         threshold = gap_error * sum_abs3(m) + TINY
         until_m = separated_until(is_edge_edge, m, a1, a2, a3, b1, b2, b3, t, threshold)
         if until_m > 1.0:

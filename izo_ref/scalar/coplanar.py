@@ -9,10 +9,12 @@ Rounding. u = 2^-53; M_k bounds |e_k|_inf at both ends; P = M_1 M_2 M_3, so |f| 
     input     e_k are differences of floats: relative error u each              18 u P
     cross     4 u M_2 M_3 a component, times 3 M_1                              12 u P
     dot       three terms of at most 2 P each, gamma_3                          18 u P
-    b1, b2    mean of three determinants: 3 more roundings of at most 6 P       18 u P
+    b1, b2    sum of three determinants, up to 18 P, a third of it              22 u P
     subdivide at both ends: six levels of (1 - t) x + t y, 3 u |x| <= 18 u P   108 u P
-Together 174 u P, plus terms in u^2: COEFFICIENT_ERROR = 192 u. A product that underflows
-is off by at most 2^-1075 and there are less than a hundred: TINY covers them.
+    lowering  c - error, when the hull is taken                                  6 u P
+Together 184 u P, plus terms in u^2: COEFFICIENT_ERROR = 192 u. With the pair scaled to a
+size near 1, a product that underflows is off by at most 2^-1075, and there are less than a
+hundred: TINY covers them.
 """
 
 from izo_ref._jit import compiled
@@ -56,13 +58,12 @@ def _first_crossing(x0, y0, x1, y1):
 
 
 @compiled
-def hull_root_bound(c, error):
+def hull_root_bound(c, sign, error):
     """A number in [0, 2] below every root of the cubic in [0, 1]; 2 means no root.
 
-    The graph lies in the convex hull of (k / 3, c_k); its sign at 0 is taken for positive
-    and each c_k lowered by `error`. 0 when that sign is not certain.
+    The graph, times `sign`, lies in the convex hull of (k / 3, sign c_k); each is lowered
+    by `error`. 0 when the graph is not certain to begin above zero.
     """
-    sign = 1.0 if c[0] > 0.0 else -1.0
     y0 = sign * c[0] - error
     y1 = sign * c[1] - error
     y2 = sign * c[2] - error
@@ -90,13 +91,18 @@ def root_free_until(c, t, error):
     2 if there is none up to 1; t if nothing can be said. Each round clips the hull on a
     window that ends at twice the distance of Newton's root: there the cubic is nearly
     straight and the hull nearly the graph.
+
+    `low` is rounded, by less than 16 u in all rounds: the caller steps back by that much.
+    A root inside that sliver is not skipped, because the sign of the first round is kept:
+    once the cubic has changed it, nothing is certain and the rounds end.
     """
     low = t
     _, rest = split(c, low)
+    sign = 1.0 if rest[0] > 0.0 else -1.0
     window = 1.0
     for _ in range(CLIPS):
         head, _ = split(rest, window)
-        x = hull_root_bound(head, error)
+        x = hull_root_bound(head, sign, error)
         if x > 1.0 and window == 1.0:
             return 2.0
         step = min(x, 1.0) * window

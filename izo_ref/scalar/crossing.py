@@ -4,13 +4,26 @@ from izo_ref._jit import compiled
 from izo_ref.scalar.advance import APART, CONTACT, GAP_ERROR, UNDECIDED
 from izo_ref.scalar.closest import edge_edge_weights, vertex_face_weights, weighted_sum
 from izo_ref.scalar.coplanar import COEFFICIENT_ERROR, TINY
-from izo_ref.scalar.vec3 import det3, dot3, max_abs3, scale3, sub3, sum_abs3, unit3
+from izo_ref.scalar.vec3 import (
+    det3,
+    dot3,
+    max_abs3,
+    power_of_two_for,
+    scale3,
+    sub3,
+    sum_abs3,
+    unit3,
+)
 
 
 @compiled
 def certain_sign(a, b, c):
     """Sign of det(a, b, c), 0 if rounding could have changed it; the arguments are
-    differences of floats. The bound of a coefficient in coplanar.py covers it."""
+    differences of floats. The bound of a coefficient in coplanar.py covers it; scaled to a
+    size near 1, which is exact, so that nothing overflows and what vanishes is below TINY."""
+    a = scale3(power_of_two_for(max_abs3(a)), a)
+    b = scale3(power_of_two_for(max_abs3(b)), b)
+    c = scale3(power_of_two_for(max_abs3(c)), c)
     value = det3(a, b, c)
     bound = COEFFICIENT_ERROR * (max_abs3(a) * max_abs3(b) * max_abs3(c)) + TINY
     if value > bound:

@@ -25,6 +25,42 @@ def plane_normal(is_edge_edge, q1, q2, q3):
 
 
 @compiled
+def feature_normal(is_edge_edge, weights, q1, q2, q3, n):
+    """Normal of the features on which the closest points lie, on the side of n.
+
+    Close to contact n, the vector between them, is mostly rounding: u over the gap. The
+    normal of a face, or of two edges, is not; and where one point is inside an edge, n is
+    made orthogonal to that edge, or its far end would be on the wrong side of n.
+    """
+    if is_edge_edge:
+        first_inside = weights[0] > 0.0 and weights[1] > 0.0
+        second_inside = weights[2] < 0.0 and weights[3] < 0.0
+        both = first_inside and second_inside
+        edge = q1 if first_inside else sub3(q3, q2)
+        one = first_inside or second_inside
+    else:
+        both = weights[1] < 0.0 and weights[2] < 0.0 and weights[3] < 0.0
+        one = True
+        if weights[3] == 0.0:
+            edge = sub3(q2, q1)
+        elif weights[1] == 0.0:
+            edge = sub3(q3, q2)
+        else:
+            edge = sub3(q1, q3)
+    if both:
+        m = plane_normal(is_edge_edge, q1, q2, q3)
+        if dot3(m, n) < 0.0:
+            return scale3(-1.0, m)
+        return m
+    length_sq = dot3(edge, edge)
+    if not one or length_sq == 0.0:
+        return n
+    for _ in range(2):
+        n = unit3(sub3(n, scale3(dot3(n, edge) / length_sq, edge)))
+    return n
+
+
+@compiled
 def impact_frame(is_edge_edge, a1, a2, a3, b1, b2, b3, toi, direction):
     """Weights (4 numbers) and unit normal of an impact.
 

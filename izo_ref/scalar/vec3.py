@@ -52,6 +52,12 @@ def sum_abs3(a):
 
 
 @compiled
+def power_of_two_for(size):
+    """What brings a positive size to [1/2, 1), at most 2^1000: multiplying is exact."""
+    return math.ldexp(1.0, min(-math.frexp(size)[1], 1000))
+
+
+@compiled
 def unit3(a):
     """a / |a|, safe from overflow and underflow; the zero vector stays zero."""
     largest = max_abs3(a)
