@@ -20,9 +20,9 @@ import numpy as np
 # Fraction of the way to the boundary that is taken.
 TO_BOUNDARY = 0.995
 MAX_ITERATIONS = 100
-# s has the largest entry 1. Multipliers l prove that every feasible z has
-# |z| >= l . s / |C^T l|; beyond this, ten thousand times the largest single correction,
-# the zone counts as infeasible.
+# The largest entry of s is 1: what the most violated row alone would move. Multipliers l
+# prove that every feasible z has |z| >= l . s / |C^T l|; beyond this the zone counts as
+# infeasible, for a solution that far off is of no use to anybody.
 FARTHEST = 1e4
 
 
@@ -111,7 +111,7 @@ def interior_point(matrix, rhs, gap_tolerance, violation_tolerance):
         z (n,), multipliers (m,), iterations, and False if the rows were not satisfied:
         nothing does, or nothing near.
     """
-    scale = np.abs(rhs).max()
+    scale = rhs.max()
     s = rhs / scale
     newton = (_Rows if matrix.shape[0] < matrix.shape[1] else _Columns)(matrix)
     c, ct = newton.c, newton.ct

@@ -42,7 +42,9 @@ class ZoneProblem:
 
     def gaps(self, positions):
         """(n_impacts,) f8 [m], frozen gap less the thickness; negative is a violation."""
-        points = np.einsum("jk,jkx->jx", self.weights, positions[self.nodes])
+        # relative to the first node: weights sum to zero, and far off less is rounded away
+        relative = positions[self.nodes] - positions[self.nodes[:, :1]]
+        points = np.einsum("jk,jkx->jx", self.weights, relative)
         return np.einsum("jx,jx->j", self.normals, points) - self.thickness
 
     def pull(self, multipliers):
@@ -65,9 +67,16 @@ class Residuals(NamedTuple):
     stationarity: float  # |M (x - y) - A^T l| over |M (x - y)|, in the norm of M^-1
     complementarity: float  # sum l |A x - d| over p
     gap: float  # duality gap over p
+    violation_floor: float  # what rounding x to floats alone can make of the violation
+    gap_floor: float  # and of the gap
 
     def solved(self, gap_tolerance, violation_tolerance):
-        return self.gap <= gap_tolerance and self.violation <= violation_tolerance
+        """Whether gap and violation are within tolerance, or within rounding of x."""
+        return self.gap <= max(gap_tolerance, self.gap_floor) and self.feasible(violation_tolerance)
+
+    def feasible(self, violation_tolerance):
+        """Whether the violation is within tolerance, or within rounding of x."""
+        return self.violation <= max(violation_tolerance, self.violation_floor)
 
 
 def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
@@ -77,10 +86,14 @@ def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
     1/2 |M (x - y) - A^T l+|^2 + l+ . (A x - d), the norm in M^-1: written so, nothing
     cancels. The second term is taken with |A x - d|, so a violation cannot hide a gap.
 
+    The floors: each coordinate of x is a float, off by up to u |x|, and so is each product
+    in a gap; with weights of 2 in all, a gap is off by up to 8 u |x| |N|_1, taken with the
+    largest coordinate and sqrt 3. Far from the origin that is more than any tolerance.
+
     Source: SPEC section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
     """
     if not (np.isfinite(positions).all() and np.isfinite(multipliers).all()):
-        return Residuals(*[math.inf] * len(Residuals._fields))
+        return Residuals(*[math.inf] * 6, violation_floor=0.0, gap_floor=0.0)
     scale = problem.inverse_sqrt_masses[:, None]
     free = scale[:, 0] > 0.0
     moved = np.zeros_like(problem.targets)
@@ -91,6 +104,8 @@ def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
     error = float(np.sum((moved - scale * problem.pull(clamped)) ** 2))
     products = float(np.sum(clamped * np.abs(slack)))
     violation = max(0.0, float(np.max(-slack, initial=0.0)))
+    largest_coordinate = float(np.max(np.abs(positions), initial=0.0))
+    rounding = 8.0 * math.sqrt(3.0) * 2.0**-53 * largest_coordinate
     largest = float(np.max(np.abs(multipliers), initial=0.0))
     negative = max(0.0, float(np.max(-multipliers, initial=0.0)))
     return Residuals(
@@ -100,6 +115,8 @@ def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
         stationarity=math.sqrt(_ratio(error, 2.0 * objective)),
         complementarity=_ratio(products, objective),
         gap=_ratio(0.5 * error + products, objective),
+        violation_floor=rounding / problem.thickness,
+        gap_floor=_ratio(rounding * float(np.sum(clamped)), objective),
     )
 
 

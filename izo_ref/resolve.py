@@ -29,8 +29,9 @@ class Result:
         status: `Status`.
         objective: [m^2], sum m |x - y|^2 / sum m over the unpinned vertices.
         thickness: [m], the one used.
-        converged: every zone is solved to tolerance, and none was scaled back.
-        feasible: every zone satisfies its constraints to tolerance.
+        converged: every zone is solved to tolerance.
+        feasible: every zone satisfies its constraints to tolerance. Neither is claimed of
+            a result that was scaled back or is blocked.
         impacts: `Impacts` that entered the zones, by kind and nodes. Times are those at
             which a pair was first met; normals and weights those last used.
         multipliers: (n_impacts,) f8 [kg].
@@ -119,7 +120,8 @@ def resolve(
         for zone in range(len(zones))
     ]
     times["judge"] = time.perf_counter()
-    converged = not scaled_back and all(
+    valid = certificate.free and not scaled_back
+    converged = valid and all(
         r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
     )
     if not certificate.free:
@@ -132,7 +134,7 @@ def resolve(
         objective=objective(scene, positions),
         thickness=thickness,
         converged=converged,
-        feasible=all(r.violation <= options.violation_tolerance for r in judged),
+        feasible=valid and all(r.feasible(options.violation_tolerance) for r in judged),
         impacts=impacts,
         multipliers=multipliers,
         zones=zones,

@@ -6,7 +6,7 @@ import numpy as np
 
 from izo_ref.cpu import zones as kernels
 from izo_ref.errors import OptionError
-from izo_ref.interior_point import interior_point, scaled_matrix
+from izo_ref.interior_point import FARTHEST, interior_point, scaled_matrix
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.serial.active_set import INFEASIBLE, SOLVED
@@ -49,14 +49,14 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     alone = system.impact_offsets[:-1][single]
     scaled[alone] = np.maximum(rows.rhs[alone], 0.0)
     statuses = _solve_small(system, rows, small, scaled, steps)
-    # Rounding can make an active set cycle, or take a row for dependent that is nearly so;
-    # the interior point minds neither.
-    large = ~(small | single) | ((statuses != SOLVED) & auto)
-    methods = np.where(single, "closed-form", np.where(large, "interior-point", "active-set"))
-
     z = _pull(rows, system.normals, scaled, len(system.targets))
+    # Rounding can make an active set cycle, or end far off where rows are nearly dependent;
+    # the interior point minds neither, and judges better what is infeasible.
+    met = _meets_tolerances(system, options, rows, scaled, z)
+    large = ~(small | single) | (~((statuses == SOLVED) & met) & auto)
+    methods = np.where(single, "closed-form", np.where(large, "interior-point", "active-set"))
     active = scaled > 0.0
-    feasible = statuses != INFEASIBLE
+    feasible = (statuses != INFEASIBLE) & met
     for zone in np.flatnonzero(large):
         feasible[zone] = _solve_large(system, options, rows, zone, z, scaled, active, steps)
     feasible &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
@@ -102,6 +102,25 @@ def _solve_small(system, rows, small, scaled, steps):
             steps,
         )
     return statuses
+
+
+def _meets_tolerances(system, options, rows, scaled, z):
+    """(n_zones,) b1, of the zones solved so far: violation, gap and distance are small."""
+    begin = system.impact_offsets[:-1]
+    points = np.einsum("jk,jkx->jx", rows.coefficients, z[np.maximum(rows.unknowns, 0)])
+    slack = np.einsum("jx,jx->j", system.normals, points) - rows.rhs
+    violation = np.maximum.reduceat(-slack * rows.lengths, begin)
+    twice = np.add.reduceat(
+        np.append((z[: system.vertex_offsets[-1]] ** 2).sum(axis=1), 0.0),
+        system.vertex_offsets[:-1],
+    )
+    gap = np.add.reduceat(scaled * np.abs(slack), begin)
+    worst = np.maximum(np.maximum.reduceat(rows.rhs, begin), 0.0)
+    return (
+        (violation <= options.violation_tolerance * system.thickness)
+        & (gap <= 0.5 * twice * options.gap_tolerance)
+        & (twice <= (FARTHEST * worst) ** 2)
+    )
 
 
 def _solve_large(system, options, rows, zone, z, scaled, active, steps):
@@ -157,7 +176,8 @@ def _row_coupling(unknowns, coefficients, impact_offsets, n_vertices):
     on_vertex = np.zeros(n_vertices + 1)
     np.add.at(on_vertex, unknowns.ravel(), size.ravel())
     row_sums = np.where(unknowns >= 0, size * on_vertex[unknowns], 0.0).sum(axis=1)
-    return np.maximum.reduceat(row_sums, impact_offsets[:-1])
+    # 1 is the diagonal; less only where rows have no unknowns
+    return np.maximum(np.maximum.reduceat(row_sums, impact_offsets[:-1]), 1.0)
 
 
 def _descend(system, options, rows):
@@ -224,7 +244,7 @@ def _descend(system, options, rows):
         positions,
         multipliers,
         multipliers > 0.0,
-        np.ones(n_zones, bool),
+        ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1]),
         steps,
         np.full(n_zones, "gradient"),
     )
@@ -263,6 +283,10 @@ def solve_zone(
     )
     if preset is not None and method != "gradient":
         raise OptionError(f"preset: {preset!r} belongs to the method 'gradient', not {method!r}")
+    if len(problem.nodes) == 0:
+        nothing = np.zeros(0)
+        judged = residuals(problem, problem.targets, nothing)
+        return ZoneSolution(problem.targets.copy(), nothing, judged, method, 0, True)
     pinned = np.isinf(problem.masses)
     order = np.argsort(pinned, kind="stable")
     place = np.empty(len(order), np.int32)

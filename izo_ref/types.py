@@ -11,8 +11,9 @@ class Status(enum.Enum):
 
     FREE = "The path is certified free and every zone is solved to tolerance."
     FREE_BY_FALLBACK = (
-        "The path is certified free, but some zones were scaled back toward the start of "
-        "the step, so the result is farther from the candidate positions than it might be."
+        "The path is certified free, but not every zone is optimal: some were scaled back "
+        "toward the start of the step, or not solved to tolerance, so the result may be "
+        "farther from the candidate positions than it need be."
     )
     BLOCKED = (
         "No free path was found: the pairs named meet, or something is pinched between "

@@ -304,6 +304,36 @@ def test_units_do_not_matter(rng, scale):
     np.testing.assert_allclose(b.positions / scale, a.positions, atol=1e-9)
 
 
+def test_far_from_the_origin(rng):
+    """Where a thousandth of an edge is near the rounding of the coordinates."""
+    scene = two_sheets(rng, 12)
+    for shift in (1e3, 1e5):
+        far = izo_ref.Scene(
+            scene.positions_t0 + shift, scene.positions_t1 + shift, scene.faces, scene.masses
+        )
+        result = izo_ref.resolve(far, 1e-3)
+        assert result.status is Status.FREE
+        assert result.converged
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-9, 1e-12])
+def test_what_rests_close_to_each_other_is_free(rng, gap):
+    """Two triangles in one plane, turned any way, a hair apart and at rest."""
+    flat = np.array([[0, 0], [1, 0], [0.4, 1], [0.45, -gap], [0.2, -1], [0.9, -1]])
+    for _ in range(10):
+        turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+        start = np.column_stack((flat, np.zeros(6))) @ turn.T
+        try:
+            scene = izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
+        except errors.InitialIntersectionError:
+            assert gap < 1e-10  # turning it has rounded the gap away
+            continue
+        assert izo_ref.resolve(scene).status is Status.FREE
+        drift = scene.positions_t0 + 0.3 * rng.normal(size=3)
+        if gap > 1e-10:
+            assert izo_ref.certify_path(scene, drift).free
+
+
 def test_a_scene_may_be_empty():
     result = izo_ref.resolve(izo_ref.Scene(np.empty((0, 3)), np.empty((0, 3)), []))
     assert result.status is Status.FREE

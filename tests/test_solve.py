@@ -222,6 +222,37 @@ def test_preset_xrtailor_says_that_it_has_not_converged():
     assert exact.residuals.solved(1e-9, 1e-9)
 
 
+@pytest.mark.parametrize("method", ["auto", "interior-point"])
+@pytest.mark.parametrize("angle", [1e-5, 4e-7])
+def test_a_wedge_is_infeasible_rather_than_flung_away(method, angle):
+    """Two rows nearly opposed: they meet five kilometres off, or two hundred metres."""
+    zone = izo_ref.ZoneProblem(
+        [[0, 1, 2, 3], [0, 1, 2, 3]],
+        [[1.0, -0.3, -0.3, -0.4]] * 2,
+        [[0, 0, 1.0], [np.sin(angle), 0, -np.cos(angle)]],
+        np.zeros((4, 3)),
+        [1.0, np.inf, np.inf, np.inf],
+        1e-3,
+    )
+    assert not izo_ref.solve_zone(zone, method=method).feasible
+
+
+def test_gradient_goes_on_where_a_step_ends_at_the_minimum(rng):
+    for _ in range(20):
+        corners = rng.dirichlet([1.0, 1.0, 1.0])
+        zone = problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
+        found = izo_ref.solve_zone(zone, method="gradient")
+        assert found.residuals.solved(1e-9, 1e-9)
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+def test_no_impacts(method):
+    zone = problem(nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3)))
+    solution = izo_ref.solve_zone(zone, method=method)
+    np.testing.assert_array_equal(solution.positions, zone.targets)
+    assert solution.residuals.solved(1e-9, 1e-9)
+
+
 def test_options_are_checked():
     with pytest.raises(errors.OptionError, match="newtonish"):
         izo_ref.solve_zone(problem(), method="newtonish")

@@ -32,7 +32,9 @@ def scaled_rows(
             coefficients_out[j, k] = coefficient
             length_sq += coefficient * coefficient
             for axis in range(3):
-                gap += weights[j, k] * normals[j, axis] * targets[nodes[j, k], axis]
+                # relative to the first node: weights sum to zero
+                arm = targets[nodes[j, k], axis] - targets[nodes[j, 0], axis]
+                gap += weights[j, k] * normals[j, axis] * arm
         for axis in range(3):
             normal_sq += normals[j, axis] * normals[j, axis]
         lengths_out[j] = math.sqrt(length_sq * normal_sq)

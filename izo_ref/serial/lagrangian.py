@@ -17,6 +17,10 @@ import numpy as np
 
 from izo_ref._jit import compiled
 
+# A gradient of the length of this times the largest |b - A y| is rounding: 2^-53 for each
+# of some ten operations on numbers of that size.
+ROUNDING = 1e-15
+
 
 class Descent(NamedTuple):
     """Parameters of the loop."""
@@ -167,18 +171,20 @@ def lagrangian_descent(
             for axis in range(3):
                 norm_sq += gradient[i, axis] ** 2
         step *= parameters.grow
-        # A gradient of zero needs no step; the strict inequality of eq. 18 would shrink it
-        # to nothing and stop with the multipliers unfinished.
-        while norm_sq > 0.0 and step >= parameters.smallest_step:
+        # At the minimiser of L, to rounding, no step satisfies the strict inequality of
+        # eq. 18: the multipliers still have their turn.
+        at_minimum = norm_sq <= (ROUNDING * scale) ** 2
+        while not at_minimum and step >= parameters.smallest_step:
             change = lagrangian_change(*zone, *data, unknowns_out, multipliers_out, gradient, step)
             if change < -parameters.armijo * step * norm_sq:
                 break
             step *= parameters.shrink
         if step < parameters.smallest_step:
             return iteration
-        for i in range(first_vertex, last_vertex):
-            for axis in range(3):
-                unknowns_out[i, axis] -= step * gradient[i - first_vertex, axis]
+        if not at_minimum:
+            for i in range(first_vertex, last_vertex):
+                for axis in range(3):
+                    unknowns_out[i, axis] -= step * gradient[i - first_vertex, axis]
         for j in range(first_impact, last_impact):
             c = constraint(j, nodes, coefficients, normals, rhs, unknowns_out)
             multipliers_out[j] = max(multipliers_out[j] + mu * c, 0.0)

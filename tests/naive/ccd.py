@@ -110,6 +110,15 @@ def _sturm(poly):
     return chain
 
 
+def _divide(a, b):
+    a, quotient = list(a), [Q(0)] * (len(a) - len(b) + 1)
+    for k in reversed(range(len(quotient))):
+        quotient[k] = a[k + len(b) - 1] / b[-1]
+        for i, c in enumerate(b):
+            a[k + i] -= quotient[k] * c
+    return quotient
+
+
 def _changes(chain, t):
     signs = [v for v in (_value(p, t) for p in chain) if v != 0]
     return sum(a * b < 0 for a, b in pairwise(signs))
@@ -140,6 +149,9 @@ def meets(is_edge_edge, start, end):
     if not poly:
         return None  # coplanar all the time
     chain = _sturm(poly)
+    if len(chain[-1]) > 1:  # the greatest common divisor with the derivative: multiple roots
+        poly = _divide(poly, chain[-1])
+        chain = _sturm(poly)
     answers = []
     if _value(poly, Q(0)) == 0:
         answers.append(_inside(is_edge_edge, p0))
