@@ -1,43 +1,23 @@
 """Solve zones: pick the method, launch, wrap."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from izo_ref.cpu import zones as kernels
+from izo_ref.descent import descend
 from izo_ref.errors import OptionError
 from izo_ref.interior_point import FARTHEST, interior_point, scaled_matrix
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
+from izo_ref.rows import SystemSolution, scaled_rows
 from izo_ref.serial.active_set import INFEASIBLE, SOLVED
-from izo_ref.serial.lagrangian import Descent
 from izo_ref.zones import ZoneSystem
-
-
-class SystemSolution(NamedTuple):
-    positions: np.ndarray  # (n_vertices, 3) f8 [m]
-    multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
-    active: np.ndarray  # (n_impacts,) b1, rows that hold the solution
-    feasible: np.ndarray  # (n_zones,) b1
-    iterations: np.ndarray  # (n_zones,) i4
-    methods: np.ndarray  # (n_zones,) str
-
-
-class _Rows(NamedTuple):
-    """The system in scaled variables: C z >= s with rows of unit length."""
-
-    unknowns: np.ndarray  # (n_impacts, 4) i4, as nodes; -1 for pinned
-    coefficients: np.ndarray  # (n_impacts, 4) f8
-    rhs: np.ndarray  # (n_impacts,) f8 [m kg^1/2], s
-    lengths: np.ndarray  # (n_impacts,) f8 [kg^-1/2], of the rows before scaling
-    hopeless: np.ndarray  # (n_impacts,) b1, violated and without unknowns
 
 
 def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     """Solve every zone of a system; small ones one a thread, large ones one by one."""
-    rows = _scaled_rows(system)
+    rows = scaled_rows(system)
     if options.method == "gradient":
-        return _descend(system, options, rows)
+        return descend(system, options, rows)
     n_zones = len(system.impact_offsets) - 1
     sizes = np.diff(system.impact_offsets)
     auto = options.method == "auto"
@@ -62,28 +42,6 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     feasible &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
     positions = system.targets + (1.0 / np.sqrt(system.masses))[:, None] * z
     return SystemSolution(positions, scaled / rows.lengths, active, feasible, steps, methods)
-
-
-def _scaled_rows(system):
-    n = len(system.nodes)
-    coefficients, rhs, lengths = np.empty((n, 4)), np.empty(n), np.empty(n)
-    kernels.scaled_rows(
-        system.nodes,
-        system.weights,
-        system.normals,
-        system.targets,
-        1.0 / np.sqrt(system.masses),
-        system.thickness,
-        coefficients,
-        rhs,
-        lengths,
-    )
-    empty = lengths == 0.0
-    hopeless = empty & (rhs > 0.0)
-    rhs[empty] = -system.thickness  # satisfied, and in nobody's way
-    lengths[empty] = 1.0
-    unknowns = np.where(system.nodes < system.vertex_offsets[-1], system.nodes, -1)
-    return _Rows(unknowns.astype(np.int32), coefficients, rhs, lengths, hopeless)
 
 
 def _solve_small(system, rows, small, scaled, steps):
@@ -165,91 +123,6 @@ def _keep_centre(z, sqrt_masses):
         z -= moment * (sqrt_masses / (sqrt_masses**2).sum())[:, None]
 
 
-XRTAILOR = Descent(
-    armijo=0.5, shrink=0.7, grow=1.0, smallest_step=1e-12, max_iterations=100, tolerance=0.0
-)
-
-
-def _row_coupling(unknowns, coefficients, impact_offsets, n_vertices):
-    """(n_zones,) f8, a bound of the largest eigenvalue of C C^T: its largest row sum."""
-    size = np.abs(coefficients)
-    on_vertex = np.zeros(n_vertices + 1)
-    np.add.at(on_vertex, unknowns.ravel(), size.ravel())
-    row_sums = np.where(unknowns >= 0, size * on_vertex[unknowns], 0.0).sum(axis=1)
-    # 1 is the diagonal; less only where rows have no unknowns
-    return np.maximum(np.maximum.reduceat(row_sums, impact_offsets[:-1]), 1.0)
-
-
-def _descend(system, options, rows):
-    """The page's method, in scaled variables or in those of the system a preset is from."""
-    n_free, n_zones = system.vertex_offsets[-1], len(system.impact_offsets) - 1
-    free_masses = system.masses[:n_free]
-    per_impact, per_vertex = np.diff(system.impact_offsets), np.diff(system.vertex_offsets)
-    if options.preset == "xrtailor":
-        # positions in metres; kappa_i = 1/2 mean(1/m) m_i over the vertices of the zone
-        mean = np.add.reduceat(1.0 / free_masses, system.vertex_offsets[:-1]) / per_vertex
-        curvatures = 0.5 * np.repeat(mean, per_vertex) * free_masses
-        centres, coefficients = system.targets[:n_free], system.weights
-        held = np.where(rows.unknowns < 0, system.weights, 0.0)
-        reach = np.einsum("jk,jkx,jx->j", held, system.targets[system.nodes], system.normals)
-        b = system.thickness - reach
-        mus, first_steps, parameters = np.full(n_zones, 1e3), 1e-3 * per_vertex, XRTAILOR
-    else:
-        # each zone in units of its largest rhs, so that every tolerance is relative
-        largest = np.maximum.reduceat(np.abs(rows.rhs), system.impact_offsets[:-1])
-        curvatures, centres = np.full(n_free, 0.5), np.zeros((n_free, 3))
-        coefficients, b = rows.coefficients, rows.rhs / np.repeat(largest, per_impact)
-        # The page gives mu and the line search no values that fit all scalings. With the
-        # multipliers updated after every step, one row (K = 1) and a step of 1 give a
-        # linear map that is stable for mu < 2/3; so half of 1 / |C C^T|.
-        mus = 0.5 / _row_coupling(rows.unknowns, coefficients, system.impact_offsets, n_free)
-        first_steps = np.ones(n_zones)
-        parameters = Descent(
-            armijo=1e-4,
-            shrink=0.5,
-            grow=2.0,
-            smallest_step=1e-12,
-            max_iterations=100_000,
-            # complementarity is a product of this error with multipliers of a few units
-            tolerance=0.01 * options.gap_tolerance,
-        )
-    found, multipliers = np.empty((n_free, 3)), np.zeros(len(b))
-    steps = np.zeros(n_zones, np.int32)
-    kernels.solve_lagrangian(
-        system.impact_offsets,
-        system.vertex_offsets,
-        rows.unknowns,
-        coefficients,
-        system.normals,
-        b,
-        curvatures,
-        centres,
-        mus,
-        first_steps,
-        parameters,
-        found,
-        multipliers,
-        steps,
-    )
-    positions = system.targets.copy()
-    if options.preset == "xrtailor":
-        positions[:n_free] = found
-        # of mean(1/m) times 1/2 sum m |x - y|^2
-        multipliers /= np.repeat(mean, per_impact)
-    else:
-        scale = np.repeat(largest, per_vertex) / np.sqrt(free_masses)
-        positions[:n_free] += scale[:, None] * found
-        multipliers *= np.repeat(largest, per_impact) / rows.lengths
-    return SystemSolution(
-        positions,
-        multipliers,
-        multipliers > 0.0,
-        ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1]),
-        steps,
-        np.full(n_zones, "gradient"),
-    )
-
-
 def solve_zone(
     problem: ZoneProblem,
     method: str = "auto",
@@ -283,11 +156,12 @@ def solve_zone(
     )
     if preset is not None and method != "gradient":
         raise OptionError(f"preset: {preset!r} belongs to the method 'gradient', not {method!r}")
-    if len(problem.nodes) == 0:
-        nothing = np.zeros(0)
-        judged = residuals(problem, problem.targets, nothing)
-        return ZoneSolution(problem.targets.copy(), nothing, judged, method, 0, True)
     pinned = np.isinf(problem.masses)
+    if len(problem.nodes) == 0 or pinned.all():
+        nothing = np.zeros(len(problem.nodes))
+        judged = residuals(problem, problem.targets, nothing)
+        feasible = judged.feasible(tolerance)
+        return ZoneSolution(problem.targets.copy(), nothing, judged, method, 0, feasible)
     order = np.argsort(pinned, kind="stable")
     place = np.empty(len(order), np.int32)
     place[order] = np.arange(len(order))

@@ -24,6 +24,8 @@ FLOORS = [
         "problem",
         "solve",
         "interior_point",
+        "descent",
+        "rows",
         "certify",
         "numbering",
         "io",

@@ -1,0 +1,52 @@
+"""A system of zones in variables without units (SPEC section 5), and its solution."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref.cpu import zones as kernels
+from izo_ref.zones import ZoneSystem
+
+
+class SystemSolution(NamedTuple):
+    """Of all zones of a system, side by side."""
+
+    positions: np.ndarray  # (n_vertices, 3) f8 [m]
+    multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
+    active: np.ndarray  # (n_impacts,) b1, rows that hold the solution
+    feasible: np.ndarray  # (n_zones,) b1
+    iterations: np.ndarray  # (n_zones,) i4
+    methods: np.ndarray  # (n_zones,) str
+
+
+class ScaledRows(NamedTuple):
+    """The system in scaled variables: C z >= s with rows of unit length."""
+
+    unknowns: np.ndarray  # (n_impacts, 4) i4, as nodes; -1 for pinned
+    coefficients: np.ndarray  # (n_impacts, 4) f8
+    rhs: np.ndarray  # (n_impacts,) f8 [m kg^1/2], s
+    lengths: np.ndarray  # (n_impacts,) f8 [kg^-1/2], of the rows before scaling
+    hopeless: np.ndarray  # (n_impacts,) b1, violated and without unknowns
+
+
+def scaled_rows(system: ZoneSystem) -> ScaledRows:
+    """z_i = sqrt(m_i) (x_i - y_i), and each row of the constraints over its length."""
+    n = len(system.nodes)
+    coefficients, rhs, lengths = np.empty((n, 4)), np.empty(n), np.empty(n)
+    kernels.scaled_rows(
+        system.nodes,
+        system.weights,
+        system.normals,
+        system.targets,
+        1.0 / np.sqrt(system.masses),
+        system.thickness,
+        coefficients,
+        rhs,
+        lengths,
+    )
+    empty = lengths == 0.0
+    hopeless = empty & (rhs > 0.0)
+    rhs[empty] = -system.thickness  # satisfied, and in nobody's way
+    lengths[empty] = 1.0
+    unknowns = np.where(system.nodes < system.vertex_offsets[-1], system.nodes, -1)
+    return ScaledRows(unknowns.astype(np.int32), coefficients, rhs, lengths, hopeless)
