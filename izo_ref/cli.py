@@ -4,6 +4,7 @@ import argparse
 import sys
 from contextlib import contextmanager
 
+from izo_ref._jit import CACHE_FOLDER
 from izo_ref.certify import certify_path
 from izo_ref.detect import find_impacts
 from izo_ref.errors import IzoError
@@ -31,10 +32,9 @@ def _resolve(args):
     check_writable(args.output)
     if args.json:
         check_writable(args.json)
-    scene = load_scene(args.step, args.initial_intersections)
-    with _progress("iterations") as tick:
+    with _progress() as tick:
         result = resolve(
-            scene,
+            load_scene(args.step, args.initial_intersections),
             args.thickness,
             args.device,
             Options(selection=args.selection, relinearize=args.relinearize),
@@ -87,7 +87,7 @@ def _certify(args):
 def _demo(args):
     from izo_ref.demo import write_demo
 
-    with _progress("iterations") as tick:
+    with _progress() as tick:
         result, page = write_demo(
             args.output, lambda row: tick(f"{row.found} impacts, {row.zones} zones")
         )
@@ -106,16 +106,18 @@ def _say_pairs(summary):
 
 
 @contextmanager
-def _progress(unit):
-    """A function that shows one more step, on a terminal; nothing when piped."""
+def _progress():
+    """A function that shows one more iteration, on a terminal; nothing when piped."""
     if not sys.stderr.isatty():
         yield lambda text: None
         return
     from tqdm import tqdm
 
-    with tqdm(unit=f" {unit}", leave=False) as bar:
+    first = "resolving" if CACHE_FOLDER.exists() else "compiling, the first time only"
+    with tqdm(unit=" iterations", leave=False, desc=first) as bar:
 
         def tick(text):
+            bar.set_description_str("resolving", refresh=False)
             bar.set_postfix_str(text, refresh=False)
             bar.update()
 

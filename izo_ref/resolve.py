@@ -111,6 +111,7 @@ def resolve(
     positions[order] = loop.positions
     certificate = certify_path(scene, positions, options)
     times["certify"] = time.perf_counter()
+    scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
 
     impacts, index = impacts_back(loop.impacts, order, scene.faces)
     multipliers = loop.multipliers[index]
@@ -120,6 +121,26 @@ def resolve(
         for zone in range(len(zones))
     ]
     times["judge"] = time.perf_counter()
+    return Result(
+        positions=positions,
+        objective=objective(scene, positions),
+        thickness=thickness,
+        **_verdict(certificate, scaled_back, judged, options),
+        impacts=impacts,
+        multipliers=multipliers,
+        zones=zones,
+        residuals=judged,
+        certificate=certificate,
+        scaled_back=scaled_back,
+        time_free=certificate.time_free,
+        history=loop.history,
+        timings=_durations(times),
+        options=options,
+    )
+
+
+def _verdict(certificate, scaled_back, judged, options):
+    """Status, converged and feasible, from what was certified and judged."""
     valid = certificate.free and not scaled_back
     converged = valid and all(
         r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
@@ -128,24 +149,8 @@ def resolve(
         status = Status.BLOCKED
     else:
         status = Status.FREE if converged else Status.FREE_BY_FALLBACK
-    return Result(
-        positions=positions,
-        status=status,
-        objective=objective(scene, positions),
-        thickness=thickness,
-        converged=converged,
-        feasible=valid and all(r.feasible(options.violation_tolerance) for r in judged),
-        impacts=impacts,
-        multipliers=multipliers,
-        zones=zones,
-        residuals=judged,
-        certificate=certificate,
-        scaled_back=[ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back],
-        time_free=certificate.time_free,
-        history=loop.history,
-        timings=_durations(times),
-        options=options,
-    )
+    feasible = valid and all(r.feasible(options.violation_tolerance) for r in judged)
+    return {"status": status, "converged": converged, "feasible": feasible}
 
 
 def _relinearize(loop: Loop, options: Options):
