@@ -59,7 +59,7 @@ class Detector:
         self.batch_pairs = batch_pairs
         self.start_is_free = start_is_free
         self.tally = Tally()
-        self._excluded = None if excluded is None else _pair_keys(excluded)
+        self._excluded = None if excluded is None else set(_pair_keys(excluded))
         self._elements = None
 
     def find(self, positions_t1, moved=None) -> Impacts:
@@ -109,7 +109,8 @@ class Detector:
         if self.start_is_free:
             kept = (self.positions_t0[nodes] != positions_t1[nodes]).any(axis=(1, 2))
         if self._excluded is not None:
-            kept &= ~np.isin(_pair_keys(Pairs(nodes, kinds)), self._excluded)
+            keys = _pair_keys(Pairs(nodes, kinds))
+            kept &= np.array([key not in self._excluded for key in keys], bool)
         nodes, kinds, toi, directions = nodes[kept], kinds[kept], toi[kept], directions[kept]
         weights, normals = np.empty((len(nodes), 4)), np.empty((len(nodes), 3))
         kernels.impact_frames(
@@ -145,15 +146,14 @@ class Detector:
 
 
 def _pair_keys(pairs: Pairs):
-    """One comparable key a pair, the same however its sides are written."""
+    """One key a pair, the same however its sides are written."""
     nodes = pairs.nodes.astype(np.int32, copy=True)
     ee = pairs.is_edge_edge
     nodes[~ee, 1:] = np.sort(nodes[~ee, 1:], axis=1)
     a, b = np.sort(nodes[ee, :2], axis=1), np.sort(nodes[ee, 2:], axis=1)
     swap = (a[:, 0] > b[:, 0]) | ((a[:, 0] == b[:, 0]) & (a[:, 1] > b[:, 1]))
     nodes[ee] = np.where(swap[:, None], np.hstack((b, a)), np.hstack((a, b)))
-    rows = np.column_stack((ee.astype(np.int32), nodes))
-    return np.ascontiguousarray(rows).view([("", np.int32)] * 5).ravel()
+    return [row.tobytes() for row in np.column_stack((ee.astype(np.int32), nodes))]
 
 
 def find_impacts(scene, options: Options | None = None) -> Impacts:

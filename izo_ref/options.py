@@ -61,5 +61,6 @@ class Options:
                 raise OptionError(f"{name}: expected one of {choices}, got {getattr(self, name)!r}")
         for field in fields(self):
             value = getattr(self, field.name)
-            if field.name not in CHOICES and not value >= 0:
+            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            if field.name not in CHOICES and not (is_number and value >= 0):
                 raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")

@@ -102,9 +102,11 @@ def resolve(
     if free and loop.active.any():
         _relinearize(loop, options)
     times["relinearize"] = time.perf_counter()
-    scaled_back = [] if free else scale_back(loop)
-    if len(loop.detect()[0].toi) or len(loop.blocked.toi):
-        loop.positions, scaled_back = loop.longest[0], []
+    scaled_back = []
+    if not free:
+        scaled_back = scale_back(loop)
+        if len(loop.detect()[0].toi) or len(loop.blocked.toi):
+            loop.positions, scaled_back = loop.longest[0], []
     times["scale_back"] = time.perf_counter()
 
     positions = np.empty_like(scene.positions_t1)

@@ -1,0 +1,35 @@
+import dataclasses
+
+import pytest
+
+from izo_ref import Options, errors
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("selection", "some"),
+        ("method", "newtonish"),
+        ("preset", "cloth"),
+        ("max_iterations", -1),
+        ("relinearize", None),
+        ("gap_tolerance", float("nan")),
+        ("violation_tolerance", "1e-9"),
+        ("batch_pairs", True),
+    ],
+)
+def test_values_that_are_not_offered_are_named(name, value):
+    with pytest.raises(errors.OptionError, match=name):
+        Options(**{name: value})
+
+
+def test_options_are_frozen_and_by_name_only():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Options().selection = "all"
+    with pytest.raises(TypeError):
+        Options("all")
+
+
+def test_every_option_is_explained():
+    for field in dataclasses.fields(Options):
+        assert f"        {field.name}: " in Options.__doc__
