@@ -65,7 +65,7 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
                 -1,
                 rounds,
                 moved,
-                0,
+                loop.candidates,
                 n_found,
                 0,
                 len(loop.impacts.toi),

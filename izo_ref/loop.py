@@ -112,7 +112,7 @@ class Loop:
                     round_number,
                     iteration,
                     moved,
-                    sum(self._detector.tally.pairs.values()),
+                    self.candidates,
                     len(found.toi),
                     len(new.toi),
                     len(self.impacts.toi),
@@ -128,6 +128,11 @@ class Loop:
             if len(new.toi) == 0:
                 return len(found.toi) == 0
         return len(self.detect()[0].toi) == 0
+
+    @property
+    def candidates(self) -> int:
+        """Pairs that the last detection looked at."""
+        return sum(self._detector.tally.pairs.values())
 
     def record(self, iteration: Iteration):
         self.history.append(iteration)
