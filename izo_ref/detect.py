@@ -5,7 +5,7 @@ import numpy as np
 from izo_ref.broad import Elements, candidate_batches
 from izo_ref.cpu import advance as kernels
 from izo_ref.options import Options
-from izo_ref.scalar.advance import APART, UNDECIDED
+from izo_ref.scalar.advance import APART
 from izo_ref.types import Impacts, Pairs, join_impacts
 
 
@@ -15,20 +15,17 @@ class Tally:
     Attributes:
         pairs: candidate pairs, by kind.
         steps: proofs these took together, and the most for one pair.
-        undecided: pairs for which the limit on steps was reached.
     """
 
     def __init__(self):
         self.pairs = {"vertex_face": 0, "edge_edge": 0}
         self.steps = 0
         self.most_steps = 0
-        self.undecided = 0
 
     def add(self, kind, statuses, steps):
         self.pairs[kind] += len(statuses)
         self.steps += int(steps.sum())
         self.most_steps = max(self.most_steps, int(steps.max(initial=0)))
-        self.undecided += int((statuses == UNDECIDED).sum())
 
 
 class Detector:
@@ -88,6 +85,8 @@ class Detector:
                 Elements(nodes, self.positions_t0, positions_t1)
                 for nodes in (vertices, self.edges, self.faces)
             )
+            if moved.all():  # as new trees are
+                return self._elements
         for elements in self._elements:
             elements.refit(self.positions_t0, positions_t1, moved)
         return self._elements

@@ -10,7 +10,7 @@ from izo_ref.detect import Detector
 from izo_ref.selection import select_impacts
 from izo_ref.solve import solve_system
 from izo_ref.types import Impacts, join_impacts, no_impacts
-from izo_ref.zones import build_zones, zone_system
+from izo_ref.zones import build_zones, members, zone_system
 
 # An impact whose free vertices have less weight than this in all is between pinned points:
 # a free vertex would have to move a billion times as far as the gap is to open.
@@ -177,8 +177,8 @@ class Loop:
         system = zone_system(self.scene, self.impacts, zones, chosen, self.thickness)
         solution = solve_system(system, self.options)
 
-        rows = _members(zones.impacts, zones.impact_offsets, chosen)
-        vertices = _members(zones.vertices, zones.vertex_offsets, chosen)
+        rows, _ = members(zones.impacts, zones.impact_offsets, chosen)
+        vertices, _ = members(zones.vertices, zones.vertex_offsets, chosen)
         solved = np.repeat(solution.feasible, np.diff(system.vertex_offsets))
         free = solution.positions[: len(vertices)]
         self.positions[vertices[solved]] = free[solved]
@@ -195,10 +195,6 @@ class Loop:
         weights, normals = np.empty_like(kept.weights), np.empty_like(kept.normals)
         kernels.closest_frames(self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
         return kept._replace(weights=weights, normals=normals)
-
-
-def _members(values, offsets, chosen):
-    return np.concatenate([values[offsets[zone] : offsets[zone + 1]] for zone in chosen])
 
 
 def _extended(values, n):

@@ -95,8 +95,8 @@ def zone_system(scene, impacts: Impacts, zones: Zones, chosen, thickness: float)
     Returns:
         `ZoneSystem`; its impacts and unpinned vertices are those of the zones, in order.
     """
-    own_impacts, impact_offsets = _concatenated(zones.impacts, zones.impact_offsets, chosen)
-    free, vertex_offsets = _concatenated(zones.vertices, zones.vertex_offsets, chosen)
+    own_impacts, impact_offsets = members(zones.impacts, zones.impact_offsets, chosen)
+    free, vertex_offsets = members(zones.vertices, zones.vertex_offsets, chosen)
     part = impacts.take(own_impacts)
     pinned = np.unique(part.nodes[scene.pinned[part.nodes]])
     vertices = np.concatenate((free, pinned))
@@ -114,7 +114,7 @@ def zone_system(scene, impacts: Impacts, zones: Zones, chosen, thickness: float)
     )
 
 
-def _concatenated(values, offsets, chosen):
+def members(values, offsets, chosen):
     """The blocks chosen, one after the other, and where each begins."""
     counts = np.diff(offsets)[chosen]
     ends = np.cumsum(counts)
