@@ -2,6 +2,7 @@
 
 from izo_ref.certify import PathCertificate, certify_path
 from izo_ref.detect import find_impacts
+from izo_ref.distance import distance_bound
 from izo_ref.errors import IzoError
 from izo_ref.options import Options
 from izo_ref.problem import Residuals, ZoneProblem, ZoneSolution, residuals
@@ -28,6 +29,7 @@ __all__ = [
     "__version__",
     "build_zones",
     "certify_path",
+    "distance_bound",
     "find_impacts",
     "residuals",
     "resolve",

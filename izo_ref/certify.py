@@ -1,41 +1,45 @@
-"""The path certificate: every candidate pair proved apart, or named."""
+"""The path certificate: every candidate pair proved apart, or shown to meet."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from izo_ref import checks
+from izo_ref.cpu import advance as kernels
 from izo_ref.detect import Detector
+from izo_ref.exact_path import first_meeting
 from izo_ref.options import Options
-from izo_ref.types import Pairs
+from izo_ref.types import Impacts, Pairs
 
 
 class PathCertificate(NamedTuple):
     """What was proved about the straight path from the start to some end positions.
 
-    The path is free if no pair is undecided. A pair is undecided if it meets, or comes
-    closer than rounding can tell from meeting.
+    No pair is left open: each is proved apart, or proved to meet.
     """
 
-    free: bool  # every pair but the excluded ones is proved apart
+    free: bool  # every pair but the excluded ones is apart
     candidates: int  # pairs with swept boxes that meet; all others are apart by that
     vertex_face: int  # of these, by kind
     edge_edge: int
     proofs: int  # steps of all proofs; a pair apart at first sight takes one
     most_proofs: int  # for one pair
-    undecided: Pairs  # not proved apart
-    undecided_toi: np.ndarray  # (n,) f8, until when each was
-    time_free: float  # until when every pair was; 1 if free
+    exact: int  # pairs that floats could not decide, so exact arithmetic did
+    meeting: Pairs  # what meets
+    meeting_toi: np.ndarray  # (n,) f8, when; at most the rounding of the proof too early
+    time_free: float  # until when every pair is apart; 1 if the path is free
     excluded: Pairs | None  # left out, because they intersect at the start
 
 
 def certify_path(scene, positions, options: Options | None = None) -> PathCertificate:
-    """Prove each pair of a path apart, or name it.
+    """Prove each pair of a path apart, or that it meets.
 
     A detection of its own, from new trees of boxes and over all pairs, whatever the path
     was made by. A pair is proved apart on [0, 1] piece by piece, by a direction that
-    separates its sides or by a cubic without root; both with a bound of the rounding,
-    derived in `scalar/advance.py` and `scalar/coplanar.py`.
+    separates its sides or by a cubic without root; or to meet, by a change of sign of that
+    cubic while the contact is inside. All with a bound of the rounding, derived in
+    `scalar/advance.py`, `scalar/coplanar.py` and `scalar/meeting.py`. The few pairs left,
+    those that touch or nearly do, are decided in exact arithmetic, `exact_path.py`.
 
     Args:
         scene: `Scene`, gives the start, the mesh and the pairs left out.
@@ -53,16 +57,34 @@ def certify_path(scene, positions, options: Options | None = None) -> PathCertif
         scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.batch_pairs
     )
     found = detector.find(positions)
+    meeting, exact = _meeting(scene.positions_t0, positions, found)
     tally = detector.tally
     return PathCertificate(
-        free=len(found.toi) == 0,
+        free=len(meeting.toi) == 0,
         candidates=sum(tally.pairs.values()),
         vertex_face=tally.pairs["vertex_face"],
         edge_edge=tally.pairs["edge_edge"],
         proofs=tally.steps,
         most_proofs=tally.most_steps,
-        undecided=Pairs(found.nodes, found.is_edge_edge),
-        undecided_toi=found.toi,
-        time_free=float(found.toi.min(initial=1.0)),
+        exact=exact,
+        meeting=Pairs(meeting.nodes, meeting.is_edge_edge),
+        meeting_toi=meeting.toi,
+        time_free=float(meeting.toi.min(initial=1.0)),
         excluded=scene.excluded,
     )
+
+
+def _meeting(positions_t0, positions_t1, found: Impacts):
+    """Those of the pairs found that meet, and how many took exact arithmetic."""
+    meets = np.empty(len(found.toi), bool)
+    kernels.certain_meetings(
+        positions_t0, positions_t1, found.nodes, found.is_edge_edge, found.toi, meets
+    )
+    toi = found.toi.copy()
+    open_pairs = np.flatnonzero(~meets)
+    for i in open_pairs:
+        nodes = found.nodes[i]
+        time = first_meeting(found.is_edge_edge[i], positions_t0[nodes], positions_t1[nodes])
+        meets[i] = time is not None
+        toi[i] = 1.0 if time is None else time
+    return found._replace(toi=toi).take(meets), len(open_pairs)

@@ -8,7 +8,7 @@ from izo_ref._jit import CACHE_FOLDER
 from izo_ref.certify import certify_path
 from izo_ref.detect import find_impacts
 from izo_ref.errors import IzoError
-from izo_ref.io import check_writable, load_positions, load_scene, save_json, save_positions
+from izo_ref.io import check_writable, load_result, load_scene, save_json, save_result
 from izo_ref.options import CHOICES, Options
 from izo_ref.resolve import resolve
 from izo_ref.summary import certificate_summary, impacts_summary, result_summary
@@ -40,7 +40,7 @@ def _resolve(args):
             Options(selection=args.selection, relinearize=args.relinearize),
             on_iteration=lambda row: tick(f"{row.found} impacts, {row.zones} zones"),
         )
-    save_positions(args.output, result.positions)
+    save_result(args.output, result)
     summary = result_summary(result)
     if args.json:
         save_json(args.json, summary)
@@ -52,7 +52,7 @@ def _resolve(args):
     )
     if result.status is Status.BLOCKED:
         _say(f"free until t = {result.time_free:.6g}")
-        _say_pairs(summary["certificate"]["undecided"])
+        _say_pairs(summary["certificate"]["meeting"])
     return FREE if result.certificate.free else NOT_FREE
 
 
@@ -68,19 +68,20 @@ def _detect(args):
 
 def _certify(args):
     scene = load_scene(args.step, args.initial_intersections)
-    positions = scene.positions_t1 if args.positions is None else load_positions(args.positions)
+    proposed = args.positions is None
+    positions = scene.positions_t1 if proposed else load_result(args.positions).positions
     certificate = certify_path(scene, positions)
     summary = certificate_summary(certificate)
     if args.json:
         save_json(args.json, summary)
     _say(
         f"{'free' if certificate.free else 'not free'}: {certificate.candidates} candidate pairs, "
-        f"{len(certificate.undecided_toi)} not proved apart, free until t = "
-        f"{certificate.time_free:.6g}"
+        f"{len(certificate.meeting_toi)} meet, {certificate.exact} decided in exact arithmetic; "
+        f"free until t = {certificate.time_free:.6g}"
     )
     if certificate.excluded is not None:
         _say(f"{len(certificate.excluded.nodes)} pairs left out: they intersect at the start")
-    _say_pairs(summary["undecided"])
+    _say_pairs(summary["meeting"])
     return FREE if certificate.free else NOT_FREE
 
 
@@ -155,7 +156,7 @@ def _parser():
     sub.add_argument("--selection", default=defaults.selection, choices=CHOICES["selection"])
     sub.add_argument("--relinearize", type=int, default=defaults.relinearize, metavar="ROUNDS")
     command("detect", _detect, "list the pairs that meet on the path")
-    sub = command("certify", _certify, "prove each pair of a path apart, or name it")
+    sub = command("certify", _certify, "prove each pair of a path apart, or that it meets")
     sub.add_argument("--positions", metavar="OUT.npz", help="end positions; the step's own if none")
     sub = command("demo", _demo, "resolve a scene of our own and write a page", step=False)
     sub.add_argument("-o", "--output", default="reports/demo", metavar="FOLDER")

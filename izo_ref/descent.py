@@ -75,17 +75,20 @@ def descend(system: ZoneSystem, options: Options, rows: ScaledRows) -> SystemSol
         multipliers,
         steps,
     )
-    positions = system.targets.copy()
+    positions, displacements = system.targets.copy(), np.zeros_like(system.targets)
     if options.preset == "xrtailor":
         positions[:n_free] = found
+        displacements[:n_free] = found - system.targets[:n_free]
         # of mean(1/m) times 1/2 sum m |x - y|^2
         multipliers /= np.repeat(mean, per_impact)
     else:
         scale = np.repeat(largest, per_vertex) / np.sqrt(free_masses)
-        positions[:n_free] += scale[:, None] * found
+        displacements[:n_free] = scale[:, None] * found
+        positions += displacements
         multipliers *= np.repeat(largest, per_impact) / rows.lengths
     return SystemSolution(
         positions,
+        displacements,
         multipliers,
         multipliers > 0.0,
         ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1]),

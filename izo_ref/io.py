@@ -2,7 +2,10 @@
 
 A step is a numpy `.npz` archive with `positions_t0`, `positions_t1` (n, 3) [m], `faces`
 (m, 3), and optionally `masses` (n,) [kg] and `pinned` (n,) bool. A result is an `.npz`
-archive with `positions` (n, 3) [m].
+archive with `positions` (n, 3) [m]; those of `izo resolve` also hold what it takes to judge
+the zones again: `thickness` [m], `multipliers` (k,) [kg] and the impacts, `impact_nodes`
+(k, 4), `impact_is_edge_edge` (k,), `impact_toi` (k,), `impact_weights` (k, 4) and
+`impact_normals` (k, 3).
 """
 
 import json
@@ -11,11 +14,13 @@ import tempfile
 import zipfile
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from izo_ref.errors import FileFormatError
 from izo_ref.scene import Scene
+from izo_ref.types import Impacts
 
 REQUIRED = ("positions_t0", "positions_t1", "faces")
 OPTIONAL = ("masses", "pinned")
@@ -33,15 +38,54 @@ def load_scene(path, initial_intersections="raise") -> Scene:
     return Scene(*required, **optional, initial_intersections=initial_intersections)
 
 
-def load_positions(path) -> np.ndarray:
-    """Read the end positions of a result."""
-    return _load(path, ("positions",))["positions"]
+class SavedResult(NamedTuple):
+    """A result as it is in a file; None for what is not in it."""
+
+    positions: np.ndarray  # (n, 3) f8 [m]
+    thickness: float | None  # [m]
+    impacts: Impacts | None
+    multipliers: np.ndarray | None  # (n_impacts,) f8 [kg]
 
 
-def save_positions(path, positions):
-    """Write the end positions of a result; the file appears whole or not at all."""
+def load_result(path) -> SavedResult:
+    """Read a result, anybody's: only its positions have to be there.
+
+    Raises:
+        FileFormatError: the file cannot be read, or lacks an array; or some of the arrays
+            that describe the zones are there and others are not.
+    """
+    arrays = _load(path, ("positions",))
+    names = ("thickness", "multipliers", *(f"impact_{name}" for name in Impacts._fields))
+    missing = [name for name in names if name not in arrays]
+    if missing == list(names) or missing == list(names)[1:]:
+        thickness = float(arrays["thickness"]) if "thickness" in arrays else None
+        return SavedResult(arrays["positions"], thickness, None, None)
+    if missing:
+        raise FileFormatError(f"{path}: holds impacts, but {', '.join(missing)} is missing")
+    impacts = Impacts(*(arrays[name] for name in names[2:]))
+    if len({len(column) for column in (*impacts, arrays["multipliers"])}) != 1:
+        raise FileFormatError(f"{path}: the arrays of its impacts differ in length")
+    return SavedResult(
+        arrays["positions"], float(arrays["thickness"]), impacts, arrays["multipliers"]
+    )
+
+
+def save_result(path, result: SavedResult):
+    """Write a result; the file appears whole or not at all.
+
+    Args:
+        result: anything with positions, thickness, impacts and multipliers, as `Result` and
+            `SavedResult`; all but the positions may be None.
+    """
+    arrays = {"positions": result.positions}
+    if result.thickness is not None:
+        arrays["thickness"] = result.thickness
+    if result.impacts is not None:
+        arrays["multipliers"] = result.multipliers
+        columns = result.impacts._asdict().items()
+        arrays |= {f"impact_{name}": column for name, column in columns}
     with replacing(path) as file:
-        np.savez_compressed(file, positions=positions)
+        np.savez_compressed(file, **arrays)
 
 
 def save_scene(path, scene: Scene):

@@ -130,6 +130,9 @@ class ZoneSolution(NamedTuple):
     """What a solver returns; `residuals` are computed outside of it."""
 
     positions: np.ndarray  # (n, 3) f8 [m]
+    # (n, 3) f8 [m], from the targets. A heavy vertex moves by less than its position can
+    # say: at a mass ratio of 1e12 the rounding of positions is 1e-10 of the whole answer.
+    displacements: np.ndarray
     multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
     residuals: Residuals
     method: str

@@ -12,6 +12,7 @@ class SystemSolution(NamedTuple):
     """Of all zones of a system, side by side."""
 
     positions: np.ndarray  # (n_vertices, 3) f8 [m]
+    displacements: np.ndarray  # (n_vertices, 3) f8 [m], from the targets
     multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
     active: np.ndarray  # (n_impacts,) b1, rows that hold the solution
     feasible: np.ndarray  # (n_zones,) b1

@@ -40,8 +40,16 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     for zone in np.flatnonzero(large):
         feasible[zone] = _solve_large(system, options, rows, zone, z, scaled, active, steps)
     feasible &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
-    positions = system.targets + (1.0 / np.sqrt(system.masses))[:, None] * z
-    return SystemSolution(positions, scaled / rows.lengths, active, feasible, steps, methods)
+    displacements = (1.0 / np.sqrt(system.masses))[:, None] * z
+    return SystemSolution(
+        system.targets + displacements,
+        displacements,
+        scaled / rows.lengths,
+        active,
+        feasible,
+        steps,
+        methods,
+    )
 
 
 def _solve_small(system, rows, small, scaled, steps):
@@ -161,7 +169,8 @@ def solve_zone(
         nothing = np.zeros(len(problem.nodes))
         judged = residuals(problem, problem.targets, nothing)
         feasible = judged.feasible(tolerance)
-        return ZoneSolution(problem.targets.copy(), nothing, judged, method, 0, feasible)
+        still = np.zeros_like(problem.targets)
+        return ZoneSolution(problem.targets.copy(), still, nothing, judged, method, 0, feasible)
     order = np.argsort(pinned, kind="stable")
     place = np.empty(len(order), np.int32)
     place[order] = np.arange(len(order))
@@ -179,6 +188,7 @@ def solve_zone(
     positions = solution.positions[place]
     return ZoneSolution(
         positions,
+        solution.displacements[place],
         solution.multipliers,
         residuals(problem, positions, solution.multipliers),
         str(solution.methods[0]),

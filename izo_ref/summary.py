@@ -36,9 +36,9 @@ def impacts_summary(impacts: Impacts) -> dict:
 
 def certificate_summary(certificate: PathCertificate) -> dict:
     content = certificate._asdict()
-    content["undecided"] = pairs_summary(certificate.undecided, certificate.undecided_toi)
+    content["meeting"] = pairs_summary(certificate.meeting, certificate.meeting_toi)
     content["excluded"] = pairs_summary(certificate.excluded)
-    del content["undecided_toi"]
+    del content["meeting_toi"]
     return content
 
 

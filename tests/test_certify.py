@@ -11,11 +11,11 @@ def test_free_and_not_free():
     free = izo_ref.certify_path(scene, scene.positions_t0)
     assert free.free
     assert free.time_free == 1.0
-    assert len(free.undecided.nodes) == 0
+    assert len(free.meeting.nodes) == 0
     hit = izo_ref.certify_path(scene, scene.positions_t1)
     assert not hit.free
     assert hit.time_free == pytest.approx(0.5)
-    assert [3, 0, 1, 2] in hit.undecided.nodes.tolist()
+    assert [3, 0, 1, 2] in hit.meeting.nodes.tolist()
     assert hit.candidates == hit.vertex_face + hit.edge_edge
 
 
@@ -43,8 +43,8 @@ def test_it_finds_what_detection_finds(rng):
     scene = two_sheets(rng)
     impacts = izo_ref.find_impacts(scene)
     certificate = izo_ref.certify_path(scene, scene.positions_t1)
-    np.testing.assert_array_equal(certificate.undecided.nodes, impacts.nodes)
-    np.testing.assert_array_equal(certificate.undecided_toi, impacts.toi)
+    np.testing.assert_array_equal(certificate.meeting.nodes, impacts.nodes)
+    np.testing.assert_array_equal(certificate.meeting_toi, impacts.toi)
 
 
 def test_a_flat_sheet_that_moves_as_one_is_proved_apart():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from izo_ref.cli import main
-from izo_ref.io import load_positions, save_scene
+from izo_ref.io import load_result, save_scene
 from tests.shapes import vertex_over_face
 from tests.test_resolve import pinch
 
@@ -33,7 +33,7 @@ def test_resolve_writes_positions_and_report(step, tmp_path, capsys):
     assert content["certificate"]["free"] is True
     assert content["options"]["selection"] == "independent"
     assert len(content["history"]) == content["iterations"]
-    assert load_positions(out).shape == (6, 3)
+    assert load_result(out).positions.shape == (6, 3)
     assert run("certify", step, "--positions", out) == 0
     assert run("certify", step) == 1
 
@@ -52,7 +52,7 @@ def test_blocked_is_not_free(tmp_path, capsys):
     assert "BLOCKED" in capsys.readouterr().out
     content = json.loads(report.read_text())
     assert 0.0 < content["time_free"] < 1.0
-    assert content["certificate"]["undecided"]["first"]
+    assert content["certificate"]["meeting"]["first"]
 
 
 @pytest.mark.parametrize(

@@ -220,8 +220,8 @@ def test_prescribed_parts_that_meet_block_the_step():
     result = izo_ref.resolve(scene, 1e-3)
     assert result.status is Status.BLOCKED
     assert not result.certificate.free
-    undecided = result.certificate.undecided.nodes
-    assert scene.pinned[undecided].all(axis=1).any()
+    meeting = result.certificate.meeting.nodes
+    assert scene.pinned[meeting].all(axis=1).any()
     # the gap of 0.2 closes at t = 0.2 / 0.25
     assert 0.0 < result.time_free <= 0.8 + 1e-12
     part = scene.positions_t0 + 0.999 * result.time_free * (result.positions - scene.positions_t0)

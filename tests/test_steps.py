@@ -36,7 +36,7 @@ def test_step_ends_free(name):
     result = izo_ref.resolve(scene, THICKNESS)
     assert result.status is Status.FREE
     assert result.certificate.free
-    assert len(result.certificate.undecided_toi) == 0
+    assert len(result.certificate.meeting_toi) == 0
     for residuals in result.residuals:
         assert residuals.solved(1e-9, 1e-9)
     np.testing.assert_array_equal(result.positions[scene.pinned], scene.positions_t1[scene.pinned])
@@ -77,6 +77,6 @@ def test_pinch_blocked_is_blocked_with_pairs_and_time():
     result = izo_ref.resolve(scene, THICKNESS)
     assert result.status is Status.BLOCKED
     assert 0.0 < result.time_free < 1.0
-    assert scene.pinned[result.certificate.undecided.nodes].all(axis=1).any()
+    assert scene.pinned[result.certificate.meeting.nodes].all(axis=1).any()
     part = scene.positions_t0 + 0.999 * result.time_free * (result.positions - scene.positions_t0)
     assert izo_ref.certify_path(scene, part).free

@@ -1,10 +1,11 @@
-"""First contacts of candidate pairs, and the frames of the impacts among them."""
+"""First contacts of candidate pairs, which of them are certain, and their frames."""
 
 from numba import prange
 
 from izo_ref._jit import compiled, cpu_kernel, light_kernel
 from izo_ref.scalar.advance import APART, advance
 from izo_ref.scalar.frame import closest_frame, impact_frame
+from izo_ref.scalar.meeting import certainly_meets
 from izo_ref.scalar.vec3 import sub3
 
 
@@ -70,6 +71,23 @@ def first_contacts(
                 nodes_out[i, k] = nodes[k]
             for axis in range(3):
                 directions_out[i, axis] = direction[axis]
+
+
+@light_kernel
+def certain_meetings(
+    # In:
+    positions_t0,  # (n_vertices, 3) f8  [m]
+    positions_t1,  # (n_vertices, 3) f8  [m]
+    nodes,  # (n_pairs, 4) i4
+    is_edge_edge,  # (n_pairs,) b1
+    toi,  # (n_pairs,) f8, until when each is proved apart
+    # Out:
+    meets_out,  # (n_pairs,) b1, True if the pair meets, False if that is not certain
+):
+    for i in prange(nodes.shape[0]):
+        a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
+        b1, b2, b3 = relative_nodes(positions_t1, row4(nodes, i))
+        meets_out[i] = certainly_meets(is_edge_edge[i], a1, a2, a3, b1, b2, b3, toi[i])
 
 
 @light_kernel

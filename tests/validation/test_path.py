@@ -1,0 +1,342 @@
+from fractions import Fraction
+from itertools import permutations
+
+import numpy as np
+import pytest
+from flint import ctx, fmpz_poly
+
+from izo_ref.exact import simplices_meet
+from tests.conftest import load
+from tests.naive.closest import distance
+from validation.oracles.path import _real_roots, first_meeting, meets
+
+TINY = 5e-324
+ULP = 2.0**-52
+HALF = Fraction(1, 2)
+FACE = [(0, 0, 0), (4, 0, 0), (0, 4, 0)]
+LINE = [(0, 0, 0), (4, 0, 0), (2, 0, 0)]
+BESIDE = [(0, TINY, 0)] * 3
+ORIGIN = [(0, 0, 0)] * 3
+EDGE = [(-2, 0, 0), (2, 0, 0)]
+
+
+def vertex(start, end, face_start=FACE, face_end=None):
+    """A vertex and a face, which rests if it has no end of its own."""
+    return False, [start, *face_start], [end, *(face_start if face_end is None else face_end)]
+
+
+def edges(a_start, b_start, a_end=None, b_end=None):
+    """Two edges; one that has no end of its own rests."""
+    a_end = a_start if a_end is None else a_end
+    b_end = b_start if b_end is None else b_end
+    return True, [*a_start, *b_start], [*a_end, *b_end]
+
+
+def grazing_face(height):
+    """The face's height above (0, 0) is -(1 - 2 t)^2; the vertex rests there at `height`."""
+    start = [(-2, 0, -1), (2, 0, -1), (0, 3, 2)]
+    return vertex((0, 0, height), (0, 0, height), start, [(-2, -2, 1), (2, -2, 1), (0, 1, -2)])
+
+
+def grazing_edge(height):
+    """Seen from above the edges cross; the second's height there is height - (1 - 2 t)^2."""
+    b_start, b_end = [(0, 0, height - 1), (0, 2, height + 1)], [(0, -2, height + 1), (0, 0, 0)]
+    b_end[1] = (0, 0, height - 1)
+    return edges(EDGE, b_start, EDGE, b_end)
+
+
+def irrational(x, length=2):
+    """The second edge, in the plane at x, comes to y = z = 0 when 2 t^2 = 1."""
+    b_start = [(x, -length, 1), (x, length, 1)]
+    return edges(EDGE, b_start, EDGE, [(x, 1 - length, 1 - 2 * length), (x, 1 + length, 5)])
+
+
+def shrinking(at):
+    """Three corners run through the origin at t = 1/2 and turn the face inside out."""
+    corners = np.eye(3)
+    return vertex(at, at, corners, -corners)
+
+
+def turning(first, second):
+    """In a plane: the tips of an edge move along x + y = 2 and x + y = -2; the other rests."""
+    return edges(EDGE, [first, second], [(0, -2, 0), (0, 2, 0)])
+
+
+def passing(x):
+    """In the face's plane, along x - y = x: through the corner (4, 0) if x is 4."""
+    return vertex((x - 1, -1, 0), (x + 1, 1, 0))
+
+
+MISS = None
+CASES = {
+    # generic, and the boundaries of the face, the edges and the time
+    "through the face": (vertex((1, 1, 1), (1, 1, -1)), HALF),
+    "beside the face": (vertex((3, 3, 1), (3, 3, -1)), MISS),
+    "ends on the face": (vertex((1, 1, 1), (1, 1, 0)), 1),
+    "ends a denormal above": (vertex((1, 1, 1), (1, 1, TINY)), MISS),
+    "ends one ulp above": (
+        vertex((1, 1, 2), (1, 1, 1 + ULP), np.add(FACE, (0, 0, 1)), np.add(FACE, (0, 0, 1))),
+        MISS,
+    ),
+    "starts on the face": (vertex((1, 1, 0), (1, 1, 1)), 0),
+    "starts a denormal above": (vertex((1, 1, TINY), (1, 1, 1)), MISS),
+    "through a side": (vertex((2, 2, 1), (2, 2, -1)), HALF),
+    "one ulp off a side": (vertex((2, 2 + 2 * ULP, 1), (2, 2 + 2 * ULP, -1)), MISS),
+    "through a corner": (vertex((4, 0, 1), (4, 0, -1)), HALF),
+    "a denormal off a corner": (vertex((4, -TINY, 1), (4, -TINY, -1)), MISS),
+    "starts at a corner": (vertex((4, 0, 0), (9, 9, 9)), 0),
+    "edges cross": (edges(EDGE, [(0, -1, 1), (0, 1, 1)], None, [(0, -1, -1), (0, 1, -1)]), HALF),
+    "end through edge": (edges(EDGE, [(0, 0, 1), (0, 1, 1)], None, [(0, 0, -1), (0, 1, -1)]), HALF),
+    "end a denormal off": (
+        edges(EDGE, [(0, TINY, 1), (0, 1, 1)], None, [(0, TINY, -1), (0, 1, -1)]),
+        MISS,
+    ),
+    "end to end": (edges(EDGE, [(2, 0, 1), (2, 1, 1)], None, [(2, 0, -1), (2, 1, -1)]), HALF),
+    "end past end": (
+        edges(EDGE, [(2 + 2 * ULP, 0, 1), (2, 1, 1)], None, [(2 + 2 * ULP, 0, -1), (2, 1, -1)]),
+        MISS,
+    ),
+    # multiple roots, and their neighbours
+    "face grazes": (grazing_face(0.0), HALF),
+    "face just misses": (grazing_face(TINY), MISS),
+    "face goes in and out": (grazing_face(-TINY), True),
+    "face goes in and out at 1/4": (grazing_face(-0.25), Fraction(1, 4)),
+    "edge grazes": (grazing_edge(0.0), HALF),
+    "edge goes in and out at 1/4": (grazing_edge(0.25), Fraction(1, 4)),
+    "edge just misses": (grazing_edge(-ULP), MISS),
+    "triple root": (shrinking((0, 0, 0)), HALF),
+    "double root beside the vertex": (shrinking((1, -1, 1)), MISS),
+    "over the side that rests, roots at both ends of time": (
+        vertex((9, 9, 0), (1, 1, 0), FACE, [(0, 0, 1), (4, 0, 0), (0, 4, 0)]),
+        Fraction(7, 8),
+    ),
+    # irrational times
+    "irrational, inside": (irrational(1.0), 2.0**-0.5),
+    "irrational, at an end": (irrational(2.0), 2.0**-0.5),
+    "irrational, past an end": (irrational(2.0 + 2 * ULP), MISS),
+    "irrational, too short": (irrational(1.0, 0.7071067811865475), MISS),
+    "irrational, long enough": (irrational(1.0, 0.7071067811865476), 2.0**-0.5),
+    # coplanar all the time
+    "slides into the face": (vertex((5, 5, 0), (1, 1, 0)), Fraction(3, 4)),
+    "slides past the face": (vertex((5, -1, 0), (-5, -1, 0)), MISS),
+    "slides over the corner": (passing(4.0), HALF),
+    "slides past the corner": (passing(4.0 + 4 * ULP), MISS),
+    "slides inside": (vertex((1, 1, 0), (1.5, 1, 0)), 0),
+    "slides out": (vertex((4, 0, 0), (5, 0, 0)), 0),
+    "slides to a side at t = 1": (vertex((3, 3, 0), (2, 2, 0)), 1),
+    "rests inside": (vertex((1, 1, 0), (1, 1, 0)), 0),
+    "rests outside": (vertex((5, 1, 0), (5, 1, 0)), MISS),
+    "moves above, never coplanar": (vertex((1, 1, 1), (2, 1, 1)), MISS),
+    "tip meets tip": (turning((1, 1, 0), (3, 3, 0)), HALF),
+    "turns before": (turning((1, -1, 0), (3, -3, 0)), MISS),
+    "turns an ulp before": (turning((1 + ULP, 1, 0), (3, 3, 0)), MISS),
+    "turns through": (turning((1, 0.5, 0), (3, 0, 0)), True),
+    # collinear and parallel
+    "parallel edges pass": (
+        edges(EDGE, [(1, 0, 1), (3, 0, 1)], None, [(1, 0, -1), (3, 0, -1)]),
+        HALF,
+    ),
+    "parallel, end over end": (
+        edges(EDGE, [(2, 0, 1), (3, 0, 1)], None, [(2, 0, -1), (3, 0, -1)]),
+        HALF,
+    ),
+    "parallel, one ulp apart": (
+        edges(EDGE, [(2 + 2 * ULP, 0, 1), (3, 0, 1)], None, [(2 + 2 * ULP, 0, -1), (3, 0, -1)]),
+        MISS,
+    ),
+    "on one line, meet": (
+        edges(EDGE, [(5, 0, 0), (6, 0, 0)], None, [(1, 0, 0), (2, 0, 0)]),
+        Fraction(3, 4),
+    ),
+    "on one line, meet at t = 1": (
+        edges(EDGE, [(5, 0, 0), (6, 0, 0)], None, [(2, 0, 0), (3, 0, 0)]),
+        1,
+    ),
+    "on one line, an ulp short": (
+        edges(EDGE, [(5, 0, 0), (6, 0, 0)], None, [(2 + 2 * ULP, 0, 0), (3, 0, 0)]),
+        MISS,
+    ),
+    "face is a line, through": (vertex((3, 0, 1), (3, 0, -1), LINE), HALF),
+    "face is a line, at its end": (vertex((4, 0, 1), (4, 0, -1), LINE), HALF),
+    "face is a line, past its end": (vertex((-TINY, 0, 1), (-TINY, 0, -1), LINE), MISS),
+    "face is a line, beside": (vertex((3, TINY, 1), (3, TINY, -1), LINE), MISS),
+    "face is a line, along it": (vertex((6, 0, 0), (2, 0, 0), LINE), HALF),
+    "face is a line at t = 1/2": (
+        vertex((1, 0, 1), (1, 0, -1), [*FACE[:2], (2, 1, 0)], [*FACE[:2], (2, -1, 0)]),
+        HALF,
+    ),
+    "face is a line at t = 1/2, past its end": (
+        vertex((5, 0, 1), (5, 0, -1), [*FACE[:2], (2, 1, 0)], [*FACE[:2], (2, -1, 0)]),
+        MISS,
+    ),
+    "face is a line at t = 1/2, beside": (
+        vertex((1, TINY, 1), (1, TINY, -1), [*FACE[:2], (2, 1, 0)], [*FACE[:2], (2, -1, 0)]),
+        MISS,
+    ),
+    # point-like
+    "face is a point, hit": (vertex((-1, 0, 0), (1, 0, 0), ORIGIN), HALF),
+    "face is a point, missed": (vertex((-1, 0, 0), (1, 0, 0), BESIDE), MISS),
+    "face shrinks to a point": (vertex((0, 0, 1), (0, 0, 1), FACE, [(0, 0, 1)] * 3), 1),
+    "edge is a point, hit": (
+        edges(EDGE, [(1, 1, 1)] * 2, None, [(1, -1, -1)] * 2),
+        HALF,
+    ),
+    "edge is a point, missed": (
+        edges(EDGE, [(1, 1, 1)] * 2, None, [(1, -1, -1 - 2 * ULP)] * 2),
+        MISS,
+    ),
+    "both are points, hit": (
+        edges([(0, 0, 0)] * 2, [(3, 6, 9)] * 2, None, [(-6, -12, -18)] * 2),
+        Fraction(1, 3),
+    ),
+    "both are points, missed": (
+        edges([(0, 0, 0)] * 2, [(3, 6, 9)] * 2, None, [(-6, -12, -18 + 2**-48)] * 2),
+        MISS,
+    ),
+    "all one point": (edges(*[[(7, 7, 7)] * 2] * 2), 0),
+    "two points at rest": (edges([(7, 7, 7)] * 2, [(7, 7, 7 - 4 * ULP)] * 2), MISS),
+    # far apart in size
+    "huge and small": (
+        vertex((1e-300, 1e-300, 1e300), (1e-300, 1e-300, -1e300), 1e300 / 4 * np.array(FACE)),
+        HALF,
+    ),
+    "huge, off by a denormal": (
+        vertex((1e-300, -TINY, 1e300), (1e-300, -TINY, -1e300), 1e300 / 4 * np.array(FACE)),
+        MISS,
+    ),
+    "huge and early": (vertex((1, 1, TINY), (1, 1, -1e300)), True),
+    "huge and late": (vertex((1, 1, 1e300), (1, 1, -TINY)), True),
+    "denormal face": (
+        vertex((TINY, TINY, 1e300), (TINY, TINY, -1e300), TINY * np.array(FACE)),
+        HALF,
+    ),
+    "denormal face, beside": (
+        vertex((3 * TINY, 2 * TINY, 1.0), (3 * TINY, 2 * TINY, -1.0), TINY * np.array(FACE)),
+        MISS,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_cases_worked_out_by_hand(name):
+    pair, expected = CASES[name]
+    assert meets(*pair) is (expected is not MISS)
+    bracket = first_meeting(*pair)
+    assert (bracket is None) is (expected is MISS)
+    if isinstance(expected, float):
+        assert float(bracket[0]) == pytest.approx(expected, rel=1e-15)
+    elif expected is not MISS and expected is not True:
+        assert bracket[0] <= expected <= bracket[1]
+    for same in variants(*pair):
+        assert meets(*same) is (expected is not MISS)
+
+
+def variants(is_edge_edge, start, end):
+    """The same pair, told otherwise; every one is exact for every float."""
+    start, end = np.array(start, float), np.array(end, float)
+    if is_edge_edge:
+        orders = [[1, 0, 2, 3], [0, 1, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]]
+    else:
+        orders = [[0, *order] for order in permutations((1, 2, 3))]
+    for order in orders:
+        yield is_edge_edge, start[order], end[order]
+    yield is_edge_edge, end, start
+    yield is_edge_edge, start[:, [1, 2, 0]], end[:, [1, 2, 0]]
+    yield is_edge_edge, start * (1, 1, -1), end * (1, 1, -1)
+
+
+def small_pairs(rng, count):
+    """Pairs with small integers; in half of them some axes are flat, so that many meet."""
+    for i in range(count):
+        size = int(rng.integers(1, 5))
+        start, end = rng.integers(-size, size + 1, (2, 4, 3)).astype(float)
+        flat = rng.integers(0, 3) if i % 2 else 0
+        start[:, 3 - flat :] = end[:, 3 - flat :] = 0.0
+        if i % 5 == 0:  # a node follows another one
+            a, b = rng.choice(4, 2, replace=False)
+            start[a], end[a] = start[b] + rng.integers(0, 2), end[b]
+        yield bool(rng.integers(2)), start, end
+
+
+def test_the_answer_keeps_under_what_keeps_the_question(rng):
+    answers = set()
+    for is_edge_edge, start, end in small_pairs(rng, 300):
+        expected = meets(is_edge_edge, start, end)
+        answers.add((is_edge_edge, expected))
+        for same in variants(is_edge_edge, start, end):
+            assert meets(*same) is expected
+        for scale in (2.0**-1074, 2.0**1000):
+            assert meets(is_edge_edge, scale * start, scale * end) is expected
+        shift, drift = rng.integers(-(2**40), 2**40, (2, 3)).astype(float)
+        assert meets(is_edge_edge, start + shift, end + shift) is expected
+        assert meets(is_edge_edge, start, end + drift) is meets(is_edge_edge, start - drift, end)
+    assert len(answers) == 4
+
+
+def sides(is_edge_edge, start, end, time):
+    """Both sides at a rational time, times its denominator, which keeps them integers."""
+    n, d = time.numerator, time.denominator
+    nodes = (d - n) * np.asarray(start) + n * np.asarray(end)
+    split = 2 if is_edge_edge else 1
+    return nodes[:split], nodes[split:]
+
+
+def test_hulls_at_rational_times_agree(rng):
+    seen = {"never": 0, "exact": 0, "irrational": 0}
+    for pair in small_pairs(rng, 200):
+        bracket = first_meeting(*pair)
+        for time in (Fraction(k, 16) for k in range(17)):
+            if bracket is None or time < bracket[0]:
+                assert not simplices_meet(*sides(*pair, time))
+        if bracket is None:
+            seen["never"] += 1
+            continue
+        simple = ((bracket[0] + bracket[1]) / 2).limit_denominator(10**5)
+        if bracket[0] <= simple <= bracket[1]:
+            assert simplices_meet(*sides(*pair, simple))
+            seen["exact"] += 1
+        else:
+            assert distance(*pair, float(bracket[0])) < 1e-14
+            seen["irrational"] += 1
+    assert min(seen.values()) >= 5, seen
+
+
+def test_brackets_hold_the_roots_that_another_method_finds(rng):
+    found = 0
+    for i in range(300):
+        bits = (2, 8, 40)[i % 3]
+        a, b, c, d = (int(value) for value in rng.integers(-(2**bits), 2**bits, 4))
+        near_double = fmpz_poly([-a, b]) * fmpz_poly([-a, b]) * fmpz_poly([c, d]) + 1
+        for polynomial in (fmpz_poly([a, b, c, d]), fmpz_poly([a, b, c]), near_double):
+            for factor, _ in polynomial.factor()[1]:
+                brackets = sorted(_real_roots(factor), key=lambda root: root.low)
+                with ctx.workprec(256):
+                    roots = [root.real for root, _ in factor.complex_roots() if root.imag == 0]
+                expected = sorted(root for root in roots if 0 <= root.mid() <= 1)
+                assert len(brackets) == len(expected)
+                for bracket, root in zip(brackets, expected, strict=True):
+                    assert not root < bracket.low  # false unless certain
+                    assert not root > bracket.high
+                found += len(brackets)
+    assert found > 200
+
+
+@pytest.mark.parametrize(
+    "wrong", [np.zeros((3, 3)), np.full((4, 3), np.nan), np.full((4, 3), np.inf)]
+)
+def test_what_is_no_pair_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"finite and of shape \(4, 3\)"):
+        meets(True, wrong, wrong)
+
+
+@pytest.mark.data
+def test_published_queries_are_answered_as_published():
+    queries = load("ccd-queries")
+    edge_edge = queries["kind_names"][queries["kind"]] == "ee"
+    answers = np.array(
+        [
+            meets(is_ee, v[:4], v[4:])
+            for is_ee, v in zip(edge_edge, queries["vertices"], strict=True)
+        ]
+    )
+    assert np.flatnonzero(answers != queries["truth"]).tolist() == []
