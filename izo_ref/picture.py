@@ -6,7 +6,17 @@ SUPERSAMPLE = 2  # drawn larger and scaled down, which smooths the edges
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 
 
-def draw(positions, faces, colors, path, *, eye=(1.0, -2.2, 1.3), size=(960, 640), frame=None):
+def draw(
+    positions,
+    faces,
+    colors,
+    path,
+    *,
+    eye=(1.0, -2.2, 1.3),
+    size=(960, 640),
+    frame=None,
+    segments=(),
+):
     """Write a PNG of a mesh seen from far away.
 
     Args:
@@ -17,8 +27,9 @@ def draw(positions, faces, colors, path, *, eye=(1.0, -2.2, 1.3), size=(960, 640
         eye: direction in which the viewer stands; z is up.
         size: pixels, width and height.
         frame: positions that have to fit in; `positions` if None.
+        segments: (start, end, color) of lines that are drawn over everything.
     """
-    from PIL import Image
+    from PIL import Image, ImageDraw
 
     forward = -np.asarray(eye, float) / np.linalg.norm(eye)
     right = np.cross(forward, (0.0, 0.0, 1.0))
@@ -29,8 +40,14 @@ def draw(positions, faces, colors, path, *, eye=(1.0, -2.2, 1.3), size=(960, 640
     low, high = fitted.min(axis=0), fitted.max(axis=0)
     pixels = np.array(size) * SUPERSAMPLE
     scale = 0.94 * np.min(pixels / (high - low)[:2])
-    seen = positions @ view
-    seen[:, :2] = (seen[:, :2] - 0.5 * (low + high)[:2]) * scale * (1.0, -1.0) + 0.5 * pixels
+
+    def projected(points):
+        seen = points @ view
+        middle = 0.5 * (low + high)[:2]
+        seen[..., :2] = (seen[..., :2] - middle) * scale * (1.0, -1.0) + 0.5 * pixels
+        return seen
+
+    seen = projected(positions)
 
     corners = positions[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -43,7 +60,12 @@ def draw(positions, faces, colors, path, *, eye=(1.0, -2.2, 1.3), size=(960, 640
     depth = np.full((pixels[1], pixels[0]), np.inf)
     for triangle, color in zip(seen[faces], shaded, strict=True):
         _fill(triangle, color, canvas, depth)
-    image = Image.fromarray(canvas).resize(size, Image.Resampling.LANCZOS)
+    image = Image.fromarray(canvas)
+    pen = ImageDraw.Draw(image)
+    for start, end, color in segments:
+        ends = projected(np.array([start, end]))[:, :2]
+        pen.line([tuple(p) for p in ends.tolist()], fill=tuple(color), width=3 * SUPERSAMPLE)
+    image = image.resize(size, Image.Resampling.LANCZOS)
     image.save(path, format="PNG", optimize=True)
 
 

@@ -1,0 +1,155 @@
+import json
+
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref.io import SavedResult, save_result, save_scene
+from tests.shapes import grid, two_sheets, vertex_over_face
+from validation.__main__ import main
+from validation.check import check
+
+
+def positions_only(positions):
+    return SavedResult(positions, None, None, None)
+
+
+def failed(verdict):
+    """Who said no."""
+    assert verdict.passed is not any(fact.passed is False for fact in verdict.facts)
+    return {fact.by for fact in verdict.facts if fact.passed is False}
+
+
+CERTIFICATE, OTHERS = "izo_ref.certify_path", "ipctk Tight Inclusion, hits decided by flint"
+
+
+def test_our_own_result_passes(rng):
+    verdict = check(two_sheets(rng), None, 1e-3)
+    assert failed(verdict) == set()
+    asked = {fact.by for fact in verdict.facts}
+    assert {CERTIFICATE, OTHERS, "python-fcl", "ipctk", "exact rational arithmetic"} <= asked
+
+
+def test_the_proposal_itself_fails_everywhere():
+    scene = vertex_over_face()
+    verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
+    assert failed(verdict) == {CERTIFICATE, OTHERS, "python-fcl", "ipctk"}
+    assert [3, 0, 1, 2] in verdict.meeting.nodes.tolist()
+    assert verdict.crossing.tolist() == [[0, 1]]
+
+
+@pytest.mark.parametrize(("height", "through"), [(1e-9, False), (-1e-9, True)])
+def test_a_vertex_pushed_through_by_a_nanometre_is_found(height, through):
+    scene = vertex_over_face()
+    end = scene.positions_t0.copy()
+    end[3, 2] = height
+    end += 0.1 * np.arange(3)  # or the boxes alone would tell
+    verdict = check(scene, positions_only(end), 1e-3)
+    assert (failed(verdict) >= {CERTIFICATE, OTHERS, "python-fcl"}) is through
+    assert verdict.passed is not through
+
+
+def test_layers_that_swapped_are_found_though_the_end_is_free():
+    """What a test of the end alone cannot see."""
+    a, faces = grid(6)
+    start = np.concatenate((a, a + (0.01, 0.02, 0.1)))
+    end = np.concatenate((a + (0.0, 0.0, 0.2), a + (0.01, 0.02, 0.1)))
+    scene = izo_ref.Scene(start, end, np.concatenate((faces, faces + 36)))
+    assert failed(check(scene, positions_only(end), 1e-3)) == {CERTIFICATE, OTHERS}
+
+
+def test_a_pinned_vertex_that_was_moved_is_found():
+    scene = vertex_over_face(pinned=(True, True, True, False))
+    result = izo_ref.resolve(scene, 1e-3)
+    end = result.positions.copy()
+    end[1, 0] += 1e-12
+    verdict = check(scene, positions_only(end), 1e-3)
+    assert failed(verdict) == {"comparison"}
+    assert "first 1" in next(f.answer for f in verdict.facts if f.by == "comparison")
+
+
+def test_zones_that_are_not_optimal_are_found(rng):
+    """A result that is free, and farther from the proposal than its own impacts ask."""
+    scene = two_sheets(rng, 5)
+    result = izo_ref.resolve(scene, 1e-3)
+    end = scene.positions_t0 + 0.99 * (result.positions - scene.positions_t0)
+    saved = SavedResult(end, result.thickness, result.impacts, result.multipliers)
+    assert failed(check(scene, saved)) >= {"izo_ref.residuals", "exact rational arithmetic"}
+    nothing = SavedResult(result.positions, 1e-3, result.impacts, 0.0 * result.multipliers)
+    assert failed(check(scene, nothing)) == {"izo_ref.residuals"}
+
+
+def test_others_are_judged_by_what_they_give(rng):
+    scene = two_sheets(rng)
+    result = izo_ref.resolve(scene, 1e-3)
+    verdict = check(scene, positions_only(result.positions), 1e-3)
+    assert verdict.passed
+    assert any("not judged" in fact.answer for fact in verdict.facts)
+    back = 0.5 * (scene.positions_t0 + result.positions)
+    known = {"half": back, "proposal": scene.positions_t1}
+    verdict = check(scene, positions_only(back), 1e-3, known=known)
+    assert set(verdict.objectives) == {"izo_ref.resolve", "half"}  # the proposal is not free
+    assert verdict.objectives["half"] > verdict.objectives["izo_ref.resolve"]
+
+
+def test_pairs_that_cross_from_the_start_are_not_held_against_a_result():
+    scene = vertex_over_face()
+    start = scene.positions_t0.copy()
+    start[3, 2] = -0.5
+    end = scene.positions_t0  # back up, through the face
+    crossing = izo_ref.Scene(start, end, scene.faces, initial_intersections="exclude")
+    verdict = check(crossing, positions_only(end), 1e-3)
+    assert verdict.passed
+    assert any("left out" in fact.answer for fact in verdict.facts)
+
+
+def test_the_command_writes_its_verdict(tmp_path, capsys):
+    scene = vertex_over_face()
+    save_scene(tmp_path / "step.npz", scene)
+    save_result(tmp_path / "bad.npz", positions_only(scene.positions_t1))
+    step = str(tmp_path / "step.npz")
+    files = ["--json", str(tmp_path / "v.json"), "--html", str(tmp_path / "v.html")]
+    assert main(["check", step, "--thickness", "1e-3", *files]) == 0
+    assert json.loads((tmp_path / "v.json").read_text())["passed"] is True
+    page = (tmp_path / "v.html").read_text()
+    assert page.count("<img") == 1
+    assert "//" not in page.replace("data:image", "").split("</style>")[0]
+
+    assert main(["check", step, "--result", str(tmp_path / "bad.npz"), *files]) == 1
+    content = json.loads((tmp_path / "v.json").read_text())
+    assert content["passed"] is False
+    assert content["meeting"]["vertex_face"] >= 1
+    assert content["crossing_faces"]["first"] == [[0, 1]]
+    page = (tmp_path / "v.html").read_text()
+    assert "meet at t = 0.5" in page
+    assert "Faces 0 and 1 intersect" in page
+    assert "FAILED" in capsys.readouterr().out
+
+
+def test_a_result_file_with_its_zones_is_judged_by_them(tmp_path, capsys):
+    scene = vertex_over_face()
+    save_scene(tmp_path / "step.npz", scene)
+    save_result(tmp_path / "out.npz", izo_ref.resolve(scene, 1e-3))
+    arguments = ["check", str(tmp_path / "step.npz"), "--result", str(tmp_path / "out.npz")]
+    assert main(arguments) == 0
+    assert "1 zones, 0 not to tolerance" in capsys.readouterr().out
+
+
+def test_bad_input_is_said_and_nothing_is_written(tmp_path, capsys):
+    scene = vertex_over_face()
+    save_scene(tmp_path / "step.npz", scene)
+    save_result(tmp_path / "short.npz", positions_only(scene.positions_t0[:4]))
+    np.savez(tmp_path / "nan.npz", positions=np.nan * scene.positions_t0)
+    step = str(tmp_path / "step.npz")
+    for name, word in (("short", "shape"), ("nan", "finite"), ("none", "cannot be read")):
+        out = ["--json", str(tmp_path / "v.json")]
+        assert main(["check", step, "--result", str(tmp_path / f"{name}.npz"), *out]) == 2
+        assert word in capsys.readouterr().err
+        assert not (tmp_path / "v.json").exists()
+    result = izo_ref.resolve(scene, 1e-3)
+    wrong = result.impacts._replace(nodes=result.impacts.nodes + 100)
+    save_result(
+        tmp_path / "wrong.npz", SavedResult(result.positions, 1e-3, wrong, result.multipliers)
+    )
+    assert main(["check", step, "--result", str(tmp_path / "wrong.npz")]) == 2
+    assert "impact_nodes" in capsys.readouterr().err
