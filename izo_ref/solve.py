@@ -28,8 +28,8 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     # one impact alone: l = max(0, r / K), and K = 1 for a unit row
     alone = system.impact_offsets[:-1][single]
     scaled[alone] = np.maximum(rows.rhs[alone], 0.0)
-    statuses = _solve_small(system, rows, small, scaled, steps)
     z = _pull(rows, system.normals, scaled, len(system.targets))
+    statuses = _solve_small(system, rows, small, scaled, z, steps)
     # Rounding can make an active set cycle, or end far off where rows are nearly dependent;
     # the interior point minds neither, and judges better what is infeasible.
     met = _meets_tolerances(system, options, rows, scaled, z)
@@ -52,18 +52,20 @@ def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
     )
 
 
-def _solve_small(system, rows, small, scaled, steps):
-    """Active set for the zones marked; writes multipliers and steps, returns statuses."""
+def _solve_small(system, rows, small, scaled, z, steps):
+    """Active set for the zones marked; writes multipliers, z and steps, returns statuses."""
     statuses = np.full(len(small), SOLVED, np.int8)
     if small.any():
         kernels.solve_active_set(
             np.flatnonzero(small),
             system.impact_offsets,
+            system.vertex_offsets,
             rows.unknowns,
             rows.coefficients,
             system.normals,
             rows.rhs,
             scaled,
+            z,
             statuses,
             steps,
         )

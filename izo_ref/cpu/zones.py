@@ -50,12 +50,14 @@ def solve_active_set(
     # In:
     zones,  # (n,) i8, those to solve
     impact_offsets,  # (n_zones + 1,) i8
-    nodes,  # (n_impacts, 4) i4, zone by zone; -1 for pinned
+    vertex_offsets,  # (n_zones + 1,) i8
+    nodes,  # (n_impacts, 4) i4, into the unknowns, zone by zone; -1 for pinned
     coefficients,  # (n_impacts, 4) f8
     normals,  # (n_impacts, 3) f8
     rhs,  # (n_impacts,) f8  [m kg^1/2]
     # Out:
     multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
+    z_out,  # (n_unknowns, 3) f8  [m kg^1/2]
     statuses_out,  # (n_zones,) i1, of serial/active_set.py
     steps_out,  # (n_zones,) i4
 ):
@@ -64,11 +66,14 @@ def solve_active_set(
         statuses_out[zone], steps_out[zone] = active_set(
             impact_offsets[zone],
             impact_offsets[zone + 1],
+            vertex_offsets[zone],
+            vertex_offsets[zone + 1],
             nodes,
             coefficients,
             normals,
             rhs,
             multipliers_out,
+            z_out,
         )
 
 

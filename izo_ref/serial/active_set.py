@@ -1,16 +1,20 @@
-"""Dual active-set method for one small zone, on the Gram matrix of its unit rows.
+"""Dual active-set method for one small zone, on an orthonormal basis of its active rows.
 
 In scaled variables (SPEC 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with rows
-of unit length. With K = C C^T the multipliers u of the active rows W solve K_WW u = s_W,
-and z = C^T u. Starting from no active row, the most violated row is added; rows whose
-multiplier would become negative on the way leave. A row that depends on the active ones
-is never added: it either takes the place of one of them, or shows that nothing satisfies
-all rows. So redundant and duplicated rows do no harm, and every step increases the dual
-objective.
+of unit length. With the active rows C_W = L Q, L lower triangular and Q orthonormal, their
+multipliers u solve L L^T u = s_W, and z = C_W^T u. Starting from no active row, the most
+violated row is added; rows whose multiplier would become negative on the way leave. A row
+that depends on the active ones is never added: it either takes the place of one of them,
+or shows that nothing satisfies all rows. So redundant and duplicated rows do no harm, and
+every step increases the dual objective.
+
+The basis is what makes nearly parallel rows safe: the distance of a row from the span of
+the others is right to a few u. The Gram matrix alone would give its square to a few u,
+and rows less than 1e-7 apart could not be told from one.
 
 Source: D. Goldfarb, A. Idnani, A numerically stable dual method for solving strictly
-convex quadratic programs (1983), section 3, with the Cholesky factor of K_WW in place of
-their QR factors.
+convex quadratic programs (1983), section 3; B. N. Parlett, The Symmetric Eigenvalue Problem
+(1998), 6.9, for projecting twice.
 """
 
 import math
@@ -23,32 +27,68 @@ SOLVED = 0
 INFEASIBLE = 1
 NOT_CONVERGED = 2
 
-# Squared distance of a unit row from the span of the active ones. Rounding leaves some
-# 1e-15 where it is zero; below the threshold a row counts as dependent.
-DEPENDENT_SQ = 1e-13
-# Violation that counts as none, over the largest of |s| and u: K u has that rounding.
+# Distance of a unit row from the span of the active ones, below which it counts as in it.
+# Rounding leaves some 1e-15 where it is zero.
+DEPENDENT = 1e-13
+# Violation that counts as none, over the sizes of the terms of s - C z: the rounding of both.
+# Of each row for itself: at a mass ratio of 1e12 the rhs of rows differ by 1e6.
 ROUNDING = 4e-15
 
 
 @compiled
-def gram_matrix(nodes, coefficients, normals, gram_out):
-    """K_ij = sum over common nodes of c_ik c_jm, times N_i . N_j; nodes < 0 are pinned."""
-    n = nodes.shape[0]
-    for i in range(n):
-        for j in range(i + 1):
-            common = 0.0
-            for k in range(4):
-                for m in range(4):
-                    if nodes[i, k] >= 0 and nodes[i, k] == nodes[j, m]:
-                        common += coefficients[i, k] * coefficients[j, m]
-            if common != 0.0:
-                common *= (
-                    normals[i, 0] * normals[j, 0]
-                    + normals[i, 1] * normals[j, 1]
-                    + normals[i, 2] * normals[j, 2]
+def _add_row(scale, row, first, nodes, coefficients, normals, z):
+    """z += scale * row, the row written out in full."""
+    for k in range(4):
+        if nodes[row, k] >= 0:
+            for axis in range(3):
+                z[3 * (nodes[row, k] - first) + axis] += (
+                    scale * coefficients[row, k] * normals[row, axis]
                 )
-            gram_out[i, j] = common
-            gram_out[j, i] = common
+
+
+@compiled
+def _row_dot(row, first, nodes, coefficients, normals, z):
+    value = 0.0
+    for k in range(4):
+        if nodes[row, k] >= 0:
+            at = 3 * (nodes[row, k] - first)
+            value += coefficients[row, k] * (
+                normals[row, 0] * z[at] + normals[row, 1] * z[at + 1] + normals[row, 2] * z[at + 2]
+            )
+    return value
+
+
+@compiled
+def _project(row, first, nodes, coefficients, normals, basis, q, r, rest):
+    """r = Q c, rest = c - Q^T r for a row c; returns the length of the rest.
+
+    Once more if little is left: then rounding of the first projection counts.
+    """
+    for i in range(rest.shape[0]):
+        rest[i] = 0.0
+    _add_row(1.0, row, first, nodes, coefficients, normals, rest)
+    for k in range(q):
+        r[k] = _row_dot(row, first, nodes, coefficients, normals, basis[k])
+    for k in range(q):
+        for i in range(rest.shape[0]):
+            rest[i] -= r[k] * basis[k, i]
+    length = math.sqrt(_dot(rest, rest))
+    if length > 0.5:
+        return length
+    for k in range(q):
+        more = _dot(basis[k], rest)
+        r[k] += more
+        for i in range(rest.shape[0]):
+            rest[i] -= more * basis[k, i]
+    return math.sqrt(_dot(rest, rest))
+
+
+@compiled
+def _dot(a, b):
+    value = 0.0
+    for i in range(a.shape[0]):
+        value += a[i] * b[i]
+    return value
 
 
 @compiled
@@ -70,8 +110,8 @@ def _solve_upper(factor, q, x):
 
 
 @compiled
-def _drop_row(factor, q, row):
-    """Cholesky factor after a row and column left: rotate what stands over the diagonal."""
+def _drop_row(factor, basis, q, row):
+    """L and Q after a row left: rotate what then stands over the diagonal."""
     for i in range(row, q - 1):
         for k in range(i + 2):
             factor[i, k] = factor[i + 1, k]
@@ -86,24 +126,47 @@ def _drop_row(factor, q, row):
             b = factor[k, i + 1]
             factor[k, i] = c * a + s * b
             factor[k, i + 1] = c * b - s * a
+        for k in range(basis.shape[1]):
+            a = basis[i, k]
+            b = basis[i + 1, k]
+            basis[i, k] = c * a + s * b
+            basis[i + 1, k] = c * b - s * a
 
 
 @compiled
-def _residuals(gram, rhs, active, q, u, violation):
-    """violation = s - K u, summed in the order of the active rows."""
+def _residuals(first, nodes, coefficients, normals, rhs, u, z, violation):
+    """z = C^T u and violation = s - C z."""
+    for i in range(z.shape[0]):
+        z[i] = 0.0
     for j in range(rhs.shape[0]):
-        value = rhs[j]
-        for k in range(q):
-            value -= gram[j, active[k]] * u[active[k]]
-        violation[j] = value
+        if u[j] != 0.0:
+            _add_row(u[j], j, first, nodes, coefficients, normals, z)
+    _violations(first, nodes, coefficients, normals, rhs, z, violation)
 
 
 @compiled
-def _most_violated(violation, is_active):
+def _violations(first, nodes, coefficients, normals, rhs, z, violation):
+    """violation = s - C z."""
+    for j in range(rhs.shape[0]):
+        violation[j] = rhs[j] - _row_dot(j, first, nodes, coefficients, normals, z)
+
+
+@compiled
+def _most_violated(first, nodes, coefficients, rhs, z, violation, is_active):
+    """The row that is violated most, by more than its rounding; -1 if none is."""
     worst = -1
     for j in range(violation.shape[0]):
-        if not is_active[j] and (worst < 0 or violation[j] > violation[worst]):
-            worst = j
+        if is_active[j] or not violation[j] > 0.0:
+            continue
+        if worst < 0 or violation[j] > violation[worst]:
+            size = abs(rhs[j])
+            for k in range(4):
+                if nodes[j, k] >= 0:
+                    at = 3 * (nodes[j, k] - first)
+                    z_sq = z[at] * z[at] + z[at + 1] * z[at + 1] + z[at + 2] * z[at + 2]
+                    size += abs(coefficients[j, k]) * math.sqrt(z_sq)
+            if violation[j] > ROUNDING * size:
+                worst = j
     return worst
 
 
@@ -120,9 +183,8 @@ def _blocking(active, q, u, r):
 
 
 @compiled
-def _refine(gram, rhs, factor, active, q, u, violation, r):
-    """One step of iterative refinement of K_WW u = s_W; kept only if u stays positive."""
-    _residuals(gram, rhs, active, q, u, violation)
+def _refine(factor, active, q, u, violation, r):
+    """A step of iterative refinement of L L^T u = s_W; none if u would not stay positive."""
     for k in range(q):
         r[k] = violation[active[k]]
     _solve_lower(factor, q, r)
@@ -135,59 +197,83 @@ def _refine(gram, rhs, factor, active, q, u, violation, r):
 
 
 @compiled
-def active_set(begin, end, nodes, coefficients, normals, rhs, multipliers_out):
-    """Solve the zone of impacts begin..end.
+def _onto_rows(factor, basis, active, q, violation, r, z):
+    """The shortest step that brings z onto the active rows: z += Q^T L^-1 (s_W - C_W z).
+
+    C^T u has the rounding of u, which is large where rows are nearly opposed or parallel;
+    this leaves that of z.
+    """
+    for k in range(q):
+        r[k] = violation[active[k]]
+    _solve_lower(factor, q, r)
+    for k in range(q):
+        for i in range(z.shape[0]):
+            z[i] += r[k] * basis[k, i]
+
+
+@compiled
+def active_set(
+    begin,
+    end,
+    first,
+    last,
+    all_nodes,
+    all_coefficients,
+    all_normals,
+    rhs,
+    multipliers_out,
+    z_out,
+):
+    """Solve the zone of impacts begin..end and unknowns first..last.
 
     Args:
-        nodes: (n_impacts, 4) i4, of all zones; < 0 for pinned.
-        coefficients: (n_impacts, 4) f8; with the normals, unit rows.
-        normals: (n_impacts, 3) f8.
+        all_nodes: (n_impacts, 4) i4, of all zones; < 0 for pinned.
+        all_coefficients: (n_impacts, 4) f8; with the normals, unit rows.
+        all_normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8, s.
         multipliers_out: (n_impacts,) f8, u; begin..end are written.
+        z_out: (n_unknowns, 3) f8; first..last are written.
 
     Returns:
         SOLVED, INFEASIBLE or NOT_CONVERGED, and the number of rows added or dropped.
     """
-    n = end - begin
+    n, size = end - begin, 3 * (last - first)
     max_steps = 100 + 20 * n
-    gram = np.empty((n, n))
-    gram_matrix(nodes[begin:end], coefficients[begin:end], normals[begin:end], gram)
-    s = rhs[begin:end]
+    nodes, coefficients = all_nodes[begin:end], all_coefficients[begin:end]
+    normals, s = all_normals[begin:end], rhs[begin:end]
     u = multipliers_out[begin:end]
     factor = np.zeros((n + 1, n + 1))
+    basis = np.empty((min(n, size) + 1, size))
+    rest = np.empty(size)
+    z = z_out[first:last].reshape(size)
+    z[:] = 0.0
     active = np.empty(n, np.int64)
     is_active = np.zeros(n, np.bool_)
     violation = s.copy()
     r = np.empty(n)
-    largest_s = 0.0
-    for j in range(n):
-        u[j] = 0.0
-        largest_s = max(largest_s, abs(s[j]))
+    u[:] = 0.0
     q = np.int64(0)  # typed: a literal 0 would be compiled for a second time
     steps = 0
     while True:
-        largest = largest_s
-        for k in range(q):
-            largest = max(largest, u[active[k]])
-        p = _most_violated(violation, is_active)
-        if p < 0 or violation[p] <= ROUNDING * largest:
+        p = _most_violated(first, nodes, coefficients, s, z, violation, is_active)
+        if p < 0:
             for _ in range(2):
-                _refine(gram, s, factor, active, q, u, violation, r)
+                _residuals(first, nodes, coefficients, normals, s, u, z, violation)
+                _refine(factor, active, q, u, violation, r)
+            for _ in range(2):
+                _onto_rows(factor, basis, active, q, violation, r, z)
+                _violations(first, nodes, coefficients, normals, s, z, violation)
             return SOLVED, steps
         added = False
         while not added:
             steps += 1
             if steps > max_steps:
                 return NOT_CONVERGED, steps
-            distance_sq = gram[p, p]
-            for k in range(q):
-                r[k] = gram[active[k], p]
-            _solve_lower(factor, q, r)
+            distance = _project(p, first, nodes, coefficients, normals, basis, q, r, rest)
             for k in range(q):
                 factor[q, k] = r[k]
-                distance_sq -= r[k] * r[k]
             _solve_upper(factor, q, r)
-            full = violation[p] / distance_sq if distance_sq > DEPENDENT_SQ else np.inf
+            full = violation[p] / (distance * distance) if distance > DEPENDENT else np.inf
             step, place = _blocking(active, q, u, r)
             if full == np.inf and place < 0:
                 return INFEASIBLE, steps
@@ -196,19 +282,20 @@ def active_set(begin, end, nodes, coefficients, normals, rhs, multipliers_out):
                 u[active[k]] -= step * r[k]
             u[p] += step
             if step == full:
-                factor[q, q] = math.sqrt(distance_sq)
+                factor[q, q] = distance
+                for i in range(size):
+                    basis[q, i] = rest[i] / distance
                 active[q] = p
                 is_active[p] = True
                 q += 1
                 added = True
-                _residuals(gram, s, active, q, u, violation)
             else:
                 u[active[place]] = 0.0
                 is_active[active[place]] = False
-                _drop_row(factor, q, place)
+                _drop_row(factor, basis, q, place)
                 for k in range(place, q - 1):
                     active[k] = active[k + 1]
                 q -= 1
-                _residuals(gram, s, active, q, u, violation)
-                for j in range(n):
-                    violation[j] -= gram[j, p] * u[p]
+            _residuals(first, nodes, coefficients, normals, s, u, z, violation)
+            _onto_rows(factor, basis, active, q, violation, r, z)
+            _violations(first, nodes, coefficients, normals, s, z, violation)
