@@ -8,11 +8,13 @@ which it meets are a closed set, the first of them is 0 or such a root. Either w
 algebraic times are left to look at.
 
 An algebraic time is a square-free polynomial and an interval (low, high] with one of its
-roots, found by Sturm's theorem. Another polynomial is zero there if their greatest common
-divisor has a root in the interval; if not, the interval is halved until it has no root of
-that polynomial, and the sign is that at `high`.
+roots, found by Sturm's theorem. The sign of another polynomial there is certain once its
+Bernstein coefficients on the interval have one sign; until then the interval is halved. If
+it is zero there, that never happens, but then the greatest common divisor of the two has a
+root in the interval, and that is tested once.
 
-Polynomials are lists of coefficients, the constant first, without zeros at the end.
+Polynomials are lists of integers, the constant first, without zeros at the end; factors
+that are positive do not matter and are taken out. Fractions would be several times slower.
 
 Source: SPEC section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Real Algebraic
 Geometry (2006), 2.2 and 10.
@@ -20,19 +22,42 @@ Geometry (2006), 2.2 and 10.
 
 from fractions import Fraction
 from itertools import pairwise
-from math import nextafter
-from typing import NamedTuple
+from math import comb, gcd, lcm, nextafter
 
 # The time of a meeting is enclosed this closely, half an ulp of 1 and less.
-TIME_WIDTH = Fraction(1, 2**54)
+TIME_BITS = 54
+# Width from which on a sign that is still not certain may be zero.
+ZERO_BITS = 40
 
 
-class AlgebraicTime(NamedTuple):
-    """The root of a square-free polynomial in (low, high], or low itself if low = high."""
+class AlgebraicTime:
+    """The root of a square-free polynomial in (low / unit, high / unit], or low if low = high.
 
-    polynomial: list
-    low: Fraction
-    high: Fraction
+    The interval is made narrower by whoever needs it to be.
+    """
+
+    def __init__(self, polynomial, low, high, unit):
+        self.polynomial = polynomial
+        self.low, self.high, self.unit = low, high, unit
+        self._settle()
+
+    def _settle(self):
+        if _value(self.polynomial, self.high, self.unit) == 0:
+            self.low = self.high
+
+    def is_narrower(self, bits):
+        return (self.high - self.low) << bits <= self.unit
+
+    def halve(self):
+        middle = self.low + self.high
+        self.low, self.high, self.unit = 2 * self.low, 2 * self.high, 2 * self.unit
+        # a simple root: the polynomial changes its sign there, and nowhere else in between
+        at_middle = _sign(_value(self.polynomial, middle, self.unit))
+        if at_middle in (0, _sign(_value(self.polynomial, self.high, self.unit))):
+            self.high = middle
+            self._settle()
+        else:
+            self.low = middle
 
 
 def _trimmed(poly):
@@ -59,10 +84,12 @@ def _cross(a, b):
     return [_add(_times(a[j], b[k]), _times(a[k], b[j]), -1) for j, k in ((1, 2), (2, 0), (0, 1))]
 
 
-def _value(poly, t):
-    result = 0
+def _value(poly, number, unit):
+    """Of the polynomial at number / unit, times a power of unit."""
+    result, power = 0, 1
     for coefficient in reversed(poly):
-        result = result * t + coefficient
+        result = result * number + coefficient * power
+        power *= unit
     return result
 
 
@@ -70,91 +97,120 @@ def _sign(number):
     return (number > 0) - (number < 0)
 
 
-def _divided(a, b):
-    """Quotient and remainder."""
-    rest, quotient = [Fraction(x) for x in a], []
+def _primitive(poly):
+    divisor = gcd(*poly)
+    return [c // divisor for c in poly] if divisor > 1 else poly
+
+
+def _remainder(a, b):
+    """Of a by b, times a positive factor."""
+    rest, size, sign = list(a), abs(b[-1]), _sign(b[-1])
     while len(rest) >= len(b):
-        factor = rest[-1] / b[-1]
-        quotient.append(factor)
-        for i in range(1, len(b) + 1):
-            rest[-i] -= factor * b[-i]
+        factor = sign * rest[-1]
+        shift = len(rest) - len(b)
+        rest = [size * c for c in rest]
+        for i, c in enumerate(b):
+            rest[shift + i] -= factor * c
         rest.pop()
-    return quotient[::-1], _trimmed(rest)
+    return _primitive(_trimmed(rest))
+
+
+def _quotient(a, b):
+    """Of a by a primitive divisor of it: integers again (Gauss's lemma)."""
+    rest, quotient = list(a), []
+    while len(rest) >= len(b):
+        quotient.append(rest[-1] // b[-1])
+        for i in range(1, len(b) + 1):
+            rest[-i] -= quotient[-1] * b[-i]
+        rest.pop()
+    return quotient[::-1]
 
 
 def _common(a, b):
     """Greatest common divisor, but for a factor."""
     while b:
-        a, b = b, _divided(a, b)[1]
-    return a
+        a, b = b, _remainder(a, b)
+    return _primitive(a)
 
 
 def _derivative(poly):
     return [i * c for i, c in enumerate(poly)][1:]
 
 
-def _square_free(poly):
-    return _divided(poly, _common(poly, _derivative(poly)))[0] if len(poly) > 1 else poly
-
-
 def _sturm_chain(square_free):
     chain = [square_free, _derivative(square_free)]
     while chain[-1]:
-        chain.append([-c for c in _divided(chain[-2], chain[-1])[1]])
+        chain.append([-c for c in _remainder(chain[-2], chain[-1])])
     return chain[:-1]
 
 
-def _roots_between(chain, low, high):
-    """How many roots in (low, high]."""
+def _roots_between(chain, low, high, unit):
+    """How many roots in (low / unit, high / unit]."""
     counts = []
-    for t in (low, high):
-        signs = [s for s in (_sign(_value(p, t)) for p in chain) if s]
+    for number in (low, high):
+        signs = [s for s in (_sign(_value(p, number, unit)) for p in chain) if s]
         counts.append(sum(a != b for a, b in pairwise(signs)))
     return counts[0] - counts[1]
 
 
 def roots_in_unit_interval(poly) -> list[AlgebraicTime]:
     """The different roots of a polynomial that is not zero in [0, 1], in order."""
-    poly = _square_free(poly)
+    poly = _primitive(poly)
+    if len(poly) > 2:
+        poly = _quotient(poly, _common(poly, _derivative(poly)))
     chain = _sturm_chain(poly)
     found = []
-    if _value(poly, 0) == 0:
-        found.append(AlgebraicTime(poly, Fraction(0), Fraction(0)))
-    parts = [(Fraction(0), Fraction(1))]
+    if poly[0] == 0:
+        found.append(AlgebraicTime(poly, 0, 0, 1))
+    parts = [(0, 1, 1)]
     while parts:
-        low, high = parts.pop()
-        count = _roots_between(chain, low, high)
+        low, high, unit = parts.pop()
+        count = _roots_between(chain, low, high, unit)
         if count == 1:
-            found.append(_settled(AlgebraicTime(poly, low, high)))
+            found.append(AlgebraicTime(poly, low, high, unit))
         elif count > 1:
-            middle = (low + high) / 2
-            parts += [(middle, high), (low, middle)]
+            middle = low + high
+            parts += [(middle, 2 * high, 2 * unit), (2 * low, middle, 2 * unit)]
     return found
 
 
-def _settled(time):
-    return time._replace(low=time.high) if _value(time.polynomial, time.high) == 0 else time
-
-
-def _halved(time):
-    poly, low, high = time
-    middle = (low + high) / 2
-    # a simple root: the polynomial changes its sign there, and nowhere else in between
-    if _sign(_value(poly, middle)) in (0, _sign(_value(poly, high))):
-        return _settled(AlgebraicTime(poly, low, middle))
-    return AlgebraicTime(poly, middle, high)
+def _bernstein(poly, low, high, unit):
+    """Bernstein coefficients on [low, high] / unit, times a positive factor."""
+    degree, width = len(poly) - 1, high - low
+    powers = [
+        sum(
+            poly[k] * comb(k, i) * low ** (k - i) * unit ** (degree - k)
+            for k in range(i, degree + 1)
+        )
+        * width**i
+        for i in range(degree + 1)
+    ]
+    binomials = [comb(degree, i) for i in range(degree + 1)]
+    factor = lcm(*binomials)
+    return [
+        sum(comb(j, i) * powers[i] * (factor // binomials[i]) for i in range(j + 1))
+        for j in range(degree + 1)
+    ]
 
 
 def sign_at(poly, time: AlgebraicTime) -> int:
     """Sign of a polynomial at an algebraic time."""
-    if poly and time.low != time.high:
-        common = _common(time.polynomial, poly)
-        if len(common) > 1 and _roots_between(_sturm_chain(common), time.low, time.high):
-            return 0
-        chain = _sturm_chain(_square_free(poly))
-        while time.low != time.high and _roots_between(chain, time.low, time.high):
-            time = _halved(time)
-    return _sign(_value(poly, time.high))
+    if not poly:
+        return 0
+    may_be_zero = True
+    while time.low != time.high:
+        coefficients = _bernstein(poly, time.low, time.high, time.unit)
+        if min(coefficients) > 0 or max(coefficients) < 0:
+            return _sign(coefficients[0])
+        if may_be_zero and time.is_narrower(ZERO_BITS):
+            common = _common(time.polynomial, poly)
+            if len(common) > 1:
+                chain = _sturm_chain(common)  # of a divisor of a square-free one
+                if _roots_between(chain, time.low, time.high, time.unit):
+                    return 0
+            may_be_zero = False
+        time.halve()
+    return _sign(_value(poly, time.high, time.unit))
 
 
 def _relative_nodes(start, end):
@@ -228,18 +284,16 @@ def first_meeting(is_edge_edge, start, end) -> float | None:
     else:
         differences = [_add(e[k], e1[k], -1) for e in (e2, e3) for k in range(3)]
         deciding = [p for vector in (*turns, *nodes) for p in vector] + differences
-        times = [AlgebraicTime([], Fraction(0), Fraction(0))]
+        times = [AlgebraicTime([], 0, 0, 1)]
         times += [time for p in deciding if p for time in roots_in_unit_interval(p)]
-    meeting = [_enclosed(t).low for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
-    return _rounded_down(min(meeting)) if meeting else None
+    meeting = [_lower(t) for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
+    return min(meeting, default=None)
 
 
-def _enclosed(time):
-    while time.high - time.low > TIME_WIDTH:
-        time = _halved(time)
-    return time
-
-
-def _rounded_down(number):
+def _lower(time):
+    """A float that is at most the time, and at most 2^-52 before it."""
+    while not time.is_narrower(TIME_BITS):
+        time.halve()
+    number = Fraction(time.low, time.unit)
     result = float(number)
     return result if result <= number else nextafter(result, 0.0)

@@ -6,7 +6,7 @@ import pytest
 import izo_ref
 from izo_ref.cpu.advance import certain_meetings
 from izo_ref.exact import simplices_meet
-from izo_ref.exact_path import AlgebraicTime, first_meeting, roots_in_unit_interval, sign_at
+from izo_ref.exact_path import first_meeting, roots_in_unit_interval, sign_at
 from izo_ref.scalar.advance import APART
 from tests.conftest import load
 from tests.test_detect import first_contact
@@ -22,15 +22,12 @@ def path(start, end):
 
 
 def test_roots_are_isolated_and_signs_there_are_exact():
-    """(t^2 - 1/2) (t - 1/3)^2 t: three different roots in [0, 1], one of them irrational."""
-    square, third = [Fraction(-1, 2), 0, 1], [Fraction(1, 9), Fraction(-2, 3), 1]
-    product = [0] * 6
-    for i, x in enumerate(square):
-        for j, y in enumerate(third):
-            product[i + j + 1] += x * y
-    zero, rational, irrational = roots_in_unit_interval(product)
-    assert zero.low == zero.high == 0
-    assert rational.low < Fraction(1, 3) <= rational.high
+    """(2 t^2 - 1) (3 t - 1)^2 t: three different roots in [0, 1], one of them irrational."""
+    square = [-1, 0, 2]
+    zero, rational, irrational = roots_in_unit_interval([0, -1, 6, -7, -12, 18])
+    assert (zero.low, zero.high) == (0, 0)
+    assert Fraction(rational.low, rational.unit) < Fraction(1, 3)
+    assert Fraction(rational.high, rational.unit) >= Fraction(1, 3)
     assert sign_at([-1, 3], rational) == 0
     assert sign_at(square, irrational) == 0
     assert sign_at([0, -1, 0, 2], irrational) == 0  # shares the root, and has two others
@@ -38,7 +35,7 @@ def test_roots_are_isolated_and_signs_there_are_exact():
     assert sign_at([-707106782, 10**9], irrational) == -1
     assert sign_at([], irrational) == 0
     assert roots_in_unit_interval([5]) == []
-    assert roots_in_unit_interval([-1, 1]) == [AlgebraicTime([-1, 1], 1, 1)]
+    assert [(t.low, t.high, t.unit) for t in roots_in_unit_interval([-1, 1])] == [(1, 1, 1)]
 
 
 @pytest.mark.parametrize(
