@@ -94,6 +94,13 @@ def test_oracles_import_nothing_of_the_package():
             assert not any(str(name).startswith("izo_ref") for name in names), path
 
 
+def test_the_package_does_not_need_the_evidence():
+    for path in SOURCES:
+        for node in ast.walk(ast.parse(path.read_text())):
+            module = getattr(node, "module", None) or ""
+            assert not module.startswith(("validation", "tests")), path
+
+
 def test_import_needs_numpy_and_numba_alone():
     code = (
         # numba looks for scipy by itself

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from izo_ref.errors import IzoError
 from izo_ref.io import check_writable, replacing, save_json
+from izo_ref.problem import ZoneProblem
 from validation.check import check_files, verdict_summary
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
@@ -39,6 +40,63 @@ def _check(args):
             file.write(verdict_page(title, scene, verdict).encode())
     print("passed" if verdict.passed else "failed")
     return PASSED if verdict.passed else FAILED
+
+
+def _zones(args):
+    from validation.report.zones import zones_report
+    from validation.study import nonlinear, steps, zones
+
+    rows = {
+        "random": zones.random_zone_rows(),
+        "scaling": zones.scaling_rows(),
+        "sizes": zones.size_rows(),
+        "steps": [],
+        "nonlinear": nonlinear.nonlinear_rows(),
+    }
+    if steps.available():
+        for name in ("armadillo-rollers", "sheets-50k"):
+            rows["steps"] += zones.step_zone_rows(name, steps.load_step(name))
+        for name in ("zone-armadillo-first", "zone-armadillo-last"):
+            rows["steps"] += zones.problem_rows(name, ZoneProblem(**steps.load(name)))
+    zones_report(args.output / "zones.md", "python -m validation zones", rows)
+    print(args.output / "zones.md")
+    return PASSED
+
+
+def _evidence(args):
+    from validation.report.evidence import evidence_report
+    from validation.study import evidence, steps
+
+    if not steps.available():
+        print("validation: no step files (IZO_DATA)", file=sys.stderr)
+        return BAD_INPUT
+    rows = []
+    for name in args.steps or steps.step_names():
+        print(f"-- {name}", flush=True)
+        rows.append(evidence.step_row(name, _say))
+    wrong = evidence.wrong_rows(_say)
+    evidence_report(args.output / "evidence", "python -m validation evidence", rows, wrong)
+    print(args.output / "evidence" / "README.md")
+    passed = all(row["verdict"]["passed"] for row in rows if "refused" not in row)
+    missed = any(row["verdict"]["passed"] for row in wrong)
+    return PASSED if passed and not missed else FAILED
+
+
+def _mutants(args):
+    from validation.mutants.run import run_mutants
+    from validation.report.mutants import mutants_report
+
+    try:
+        rows = run_mutants(args.faults or None, args.rows)
+    except ValueError as error:  # an unknown name
+        print(f"validation: {error}", file=sys.stderr)
+        return BAD_INPUT
+    if args.faults:
+        print("some faults only: no report")
+    else:
+        mutants_report(args.output / "mutants.md", "python -m validation mutants", rows)
+        print(args.output / "mutants.md")
+    return PASSED if all(row["caught"] for row in rows) else FAILED
 
 
 def _say(fact):
@@ -75,6 +133,24 @@ def _parser():
         default="raise",
         help="what to do with pairs that intersect at the start",
     )
+
+    text = "solvers of zones against oracles: writes zones.md"
+    sub = commands.add_parser("zones", help=text, description=text)
+    sub.set_defaults(run=_zones)
+    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+
+    text = "check every step file (IZO_DATA): writes evidence/"
+    sub = commands.add_parser("evidence", help=text, description=text)
+    sub.set_defaults(run=_evidence)
+    sub.add_argument("steps", nargs="*", metavar="STEP", help="names; all if none")
+    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+
+    text = "deliberate faults, and whether the tests notice: writes mutants.md"
+    sub = commands.add_parser("mutants", help=text, description=text)
+    sub.set_defaults(run=_mutants)
+    sub.add_argument("faults", nargs="*", metavar="FAULT", help="names; all if none")
+    sub.add_argument("--rows", type=Path, metavar="F", help="JSON of the rows so far")
+    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
     return parser
 
 

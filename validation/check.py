@@ -42,7 +42,16 @@ class Verdict:
     thickness: float | None
 
 
-def check(scene, result: SavedResult | None, thickness=None, options=None, say=None, known=None):
+def check(
+    scene,
+    result: SavedResult | None,
+    thickness=None,
+    options=None,
+    *,
+    say=None,
+    known=None,
+    own=None,
+):
     """Judge a result of a step.
 
     Args:
@@ -52,6 +61,7 @@ def check(scene, result: SavedResult | None, thickness=None, options=None, say=N
         options: `Options`.
         say: called with each `Fact` as it is found.
         known: {name: positions} of other results to compare with, if they are free.
+        own: `Result` of `izo_ref.resolve`, if it is there already.
 
     Returns:
         `Verdict`.
@@ -63,7 +73,7 @@ def check(scene, result: SavedResult | None, thickness=None, options=None, say=N
     if thickness is None and result is not None:
         thickness = result.thickness
     begin = time.perf_counter()
-    own = resolve(scene, thickness, options=options)
+    own = own or resolve(scene, thickness, options=options)
     seconds = time.perf_counter() - begin
     facts = []
 

@@ -1,6 +1,7 @@
 """Zones by quadratic-programming solvers of others, through qpsolvers."""
 
 import time
+import warnings
 
 import numpy as np
 
@@ -14,7 +15,9 @@ SETTINGS = {
     "proxqp": {"eps_abs": 1e-12, "eps_rel": 0.0},
     "daqp": {"primal_tol": 1e-12, "dual_tol": 1e-12},
 }
-DENSE = ("daqp",)
+# Those that are given dense matrices: DAQP has no other form, ProxQP does better with it. Even
+# so it calls many zones infeasible that are not.
+DENSE = ("daqp", "proxqp")
 
 
 def solve(problem, solver, **settings) -> Answer:
@@ -36,18 +39,16 @@ def solve(problem, solver, **settings) -> Answer:
         quadratic, matrix = quadratic.toarray(), matrix.toarray()
     stated = Problem(quadratic, np.zeros(n), matrix, -zone.rhs)
     try:
-        found = solve_problem(stated, solver=solver, **(SETTINGS[solver] | settings))
+        with warnings.catch_warnings(record=True) as said:  # how qpsolvers passes on a status
+            warnings.simplefilter("always")
+            found = solve_problem(stated, solver=solver, **(SETTINGS[solver] | settings))
     except Exception as error:  # whatever it raises is its answer
-        return no_answer(problem, repr(error), time.perf_counter() - begin)
+        return no_answer(problem, repr(error)[:200], time.perf_counter() - begin)
     seconds = time.perf_counter() - begin
     if found.x is None:
         return no_answer(problem, "no answer", seconds)
     multipliers = zone.multipliers(np.maximum(found.z, 0.0))
     claims = bool(found.found)
-    return Answer(
-        zone.displacements(found.x),
-        multipliers,
-        claims,
-        "solved" if claims else "not solved",
-        seconds,
-    )
+    message = "; ".join(str(warning.message) for warning in said)
+    message = message or ("solved" if claims else "not solved")
+    return Answer(zone.displacements(found.x), multipliers, claims, message, seconds)

@@ -10,11 +10,14 @@ import numpy as np
 from validation.oracles.answer import Answer, scaled_zone
 
 
-def solve_raw(problem, ftol=1e-12, max_iterations=1000) -> Answer:
+def solve_raw(problem, ftol=1e-12, gradients=False, max_iterations=1000) -> Answer:
     """In metres and kilograms: sum m |x - y|^2 / sum m, constraints as they are.
 
-    With the gradients written out, which is the best case for it: it fails for want of
-    scaling, not of accuracy in differences.
+    Args:
+        problem: a zone problem.
+        ftol: of SLSQP.
+        gradients: give it those of the objective; else it takes differences, as it does
+            for most who call it.
     """
     from scipy.optimize import minimize
 
@@ -46,7 +49,7 @@ def solve_raw(problem, ftol=1e-12, max_iterations=1000) -> Answer:
     found = minimize(
         objective,
         problem.targets[free].ravel(),
-        jac=gradient,
+        jac=gradient if gradients else None,
         method="SLSQP",
         constraints={"type": "ineq", "fun": constraint, "jac": lambda x: jacobian},
         options={"ftol": ftol, "maxiter": max_iterations},

@@ -1,0 +1,222 @@
+"""Oracles of zones against each other, and our solver against the exact one."""
+
+import math
+
+import numpy as np
+import pytest
+from flint import fmpq
+
+import izo_ref
+from tests.naive.qp import dense_rows, solve_qp
+from tests.shapes import random_problem
+from validation.oracles import nnls, qp, slsqp
+from validation.oracles.answer import scaled_zone
+from validation.oracles.rational import ExactZone, active_rows, to_float
+from validation.report.zones import zones_report
+from validation.scenes.zones import THICKNESS_M, random_zone
+from validation.study.nonlinear import nonlinear_rows
+from validation.study.zones import MASS_RATIOS, SIZES, random_zone_rows, scaling_rows
+
+
+def test_the_exact_oracle_by_hand():
+    """K = 1/1 + 1/2 * 1/4 + 1/4 * 1/16 * 2, r = 3/2: all of them rationals."""
+    problem = izo_ref.ZoneProblem(
+        [[0, 1, 2, 3]],
+        [[1.0, -0.5, -0.25, -0.25]],
+        [[0.0, 0.0, 1.0]],
+        [[0, 0, -1.0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
+        [1.0, 2.0, 4.0, 4.0],
+        0.5,
+    )
+    zone = ExactZone(problem)
+    optimum = zone.solve()
+    multiplier = fmpq(3, 2) / (1 + fmpq(1, 8) + fmpq(1, 32))
+    assert optimum.multipliers == [multiplier]
+    assert [move[2] for move in optimum.moves] == [
+        multiplier * weight for weight in (1, fmpq(-1, 4), fmpq(-1, 16), fmpq(-1, 16))
+    ]
+    assert optimum.optimal
+    assert not zone.point([]).optimal  # nothing pushes, and the row is violated
+    assert zone.distance(optimum.moves, zone.still) == pytest.approx(1.5 / math.sqrt(37 / 32))
+
+
+def test_the_exact_oracle_says_yes_to_the_optimum_alone(rng):
+    """Every other set of active rows gets a no."""
+    for _ in range(20):
+        zone = ExactZone(random_zone(rng, 5, 1e6))
+        optimum = zone.solve()
+        held = {j for j, value in enumerate(optimum.multipliers) if value != 0}
+        yes = 0
+        for bits in range(32):
+            chosen = [j for j in range(5) if bits >> j & 1]
+            if zone.independent(chosen) != chosen:
+                continue
+            point = zone.point(chosen)
+            same = point.moves == optimum.moves
+            assert point.optimal is (same and min(point.multipliers) >= 0)
+            yes += point.optimal
+        assert yes >= 1
+        assert zone.point(sorted(held)).optimal
+
+
+def test_the_exact_oracle_does_not_depend_on_where_it_begins(rng):
+    for n in (3, 8, 20):
+        problem = random_zone(rng, n, 1e9)
+        zone = ExactZone(problem)
+        expected = zone.solve().moves
+        for guess in ([], range(n), active_rows(izo_ref.solve_zone(problem).multipliers)):
+            assert zone.solve(guess).moves == expected
+
+
+def test_the_exact_oracle_against_every_active_set_in_floats(rng):
+    for _ in range(15):
+        problem = random_problem(rng, 5, 10.0)
+        rows = dense_rows(problem.nodes, problem.weights, problem.normals, len(problem.targets))
+        b = np.full(5, problem.thickness)
+        expected = solve_qp(rows, b, problem.masses, problem.targets)
+        found = ExactZone(problem).solve()
+        assert (found is None) == (expected is None)
+        if found is not None:
+            moves = to_float(found.moves)
+            np.testing.assert_allclose(problem.targets + moves, expected, atol=1e-12)
+
+
+def test_zones_without_a_point_are_found_to_have_none(rng):
+    problem = random_zone(rng, 2)
+    both = [np.repeat(part[:1], 2, axis=0) for part in (problem.nodes, problem.weights)]
+    normals = np.array([problem.normals[0], -problem.normals[0]])
+    opposed = izo_ref.ZoneProblem(*both, normals, problem.targets, problem.masses, 1e-3)
+    assert ExactZone(opposed).solve() is None
+    assert not nnls.solve(opposed).claims
+    assert not qp.solve(opposed, "clarabel").claims
+
+
+def test_random_zones_are_feasible_and_hold_what_they_promise(rng):
+    kinds = {"duplicate": 0, "nearly parallel": 0, "opposed": 0}
+    for _ in range(20):
+        problem = random_zone(rng, 32, 1e12)
+        assert (problem.gaps(problem.targets) < 0.0).any()
+        assert problem.masses.max() == pytest.approx(1e12 * problem.masses.min())
+        assert problem.thickness == THICKNESS_M
+        assert ExactZone(problem).solve(active_rows(izo_ref.solve_zone(problem).multipliers))
+        same = (problem.nodes[:, None] == problem.nodes[None]).all(axis=2)
+        cosine = problem.normals @ problem.normals.T
+        apart = np.linalg.norm(problem.normals[:, None] - problem.normals[None], axis=2)
+        pairs = np.triu(np.ones_like(same), 1)
+        kinds["duplicate"] += (same & (apart == 0.0) & pairs).sum()
+        kinds["nearly parallel"] += (same & (apart > 0.0) & (apart < 1e-3) & pairs).sum()
+        vertex = problem.nodes[:, None, 0] == problem.nodes[None, :, 0]
+        kinds["opposed"] += (vertex & ~same & (cosine < -1.0 + 1e-12) & pairs).sum()
+    assert min(kinds.values()) > 10, kinds
+
+
+def test_scaled_zones_state_the_same_problem(rng):
+    problem = random_zone(rng, 9, 1e4)
+    zone = scaled_zone(problem)
+    np.testing.assert_allclose(np.linalg.norm(zone.matrix.toarray(), axis=1), 1.0)
+    assert np.abs(zone.rhs).max() == 1.0
+    z = rng.normal(size=zone.matrix.shape[1])
+    moves = zone.displacements(z)
+    gaps = problem.gaps(problem.targets + moves)
+    slack = (zone.matrix @ z - zone.rhs) * zone.unit * zone.lengths
+    np.testing.assert_allclose(slack, gaps, atol=1e-9 * np.abs(gaps).max())
+    held = problem.masses.copy()
+    held[:] = np.inf
+    parts = (problem.nodes, problem.weights, problem.normals, problem.targets)
+    with pytest.raises(ValueError, match="impact 0"):
+        scaled_zone(izo_ref.ZoneProblem(*parts, held, 1e-3))
+
+
+@pytest.fixture(scope="module")
+def random_rows():
+    """Three of each size and mass ratio; the study takes 200."""
+    return random_zone_rows(count=3 * len(SIZES) * len(MASS_RATIOS))
+
+
+def test_ours_is_the_exact_optimum_to_1e_12_at_every_mass_ratio(random_rows):
+    assert {row["mass_ratio"] for row in random_rows} == set(MASS_RATIOS)
+    for row in random_rows:
+        assert row["error"]["ours"] <= 1e-12, row
+        # and no positions in floats could be much closer
+        assert row["error_of_positions"] <= 2.0 * row["least_of_positions"] + 1e-12
+
+
+def test_dense_oracles_agree_with_it(random_rows):
+    """To the conditions of these zones: they work on C, whose rows are nearly parallel."""
+    for row in random_rows:
+        assert row["error"]["NNLS"] <= 1e-10, row
+        assert row["error"]["SLSQP, scaled"] <= 1e-10, row
+
+
+@pytest.mark.parametrize("solver", list(qp.SETTINGS))
+def test_solvers_of_others_are_asked_the_same_question(rng, solver):
+    """On well-conditioned zones each is right where it says so, with its multipliers."""
+    right = 0
+    for _ in range(5):
+        problem = random_problem(rng, 4, 10.0)
+        if ExactZone(problem).solve() is None:
+            continue
+        answer = qp.solve(problem, solver)
+        if not answer.claims:
+            continue
+        positions = problem.targets + answer.displacements
+        judged = izo_ref.residuals(problem, positions, answer.multipliers)
+        right += judged.gap <= 1e-6 and judged.violation <= 1e-6
+    assert right >= 2
+
+
+def test_what_a_solver_raises_is_its_answer(rng):
+    answer = qp.solve(random_zone(rng, 4), "proxqp", no_such_setting=1)
+    assert not answer.claims
+    assert np.isnan(answer.displacements).all()
+    assert "TypeError" in answer.message
+
+
+def test_raw_slsqp_says_success_and_is_wrong_where_scaled_is_right():
+    rows = scaling_rows()
+    assert all(row["claims"] for row in rows)
+    raw = [row for row in rows if row["form"] != "scaled"]
+    assert sum(row["largest_position_error"] > 0.2 for row in raw) >= 6
+    assert max(row["error"] for row in raw) > 100.0  # in the norm that counts
+    assert all(row["error"] <= 1e-12 for row in rows if row["form"] == "scaled")
+
+
+def test_raw_slsqp_is_asked_the_same_question(rng):
+    """Equal masses of a size near 1: then it is right as well."""
+    problem = random_zone(rng, 3)
+    zone = ExactZone(problem)
+    answer = slsqp.solve_raw(problem, ftol=1e-16, gradients=True)
+    assert zone.relative_error(answer.displacements, zone.solve()) <= 1e-6
+
+
+@pytest.fixture(scope="module")
+def relinearized_rows():
+    return nonlinear_rows(each=4)
+
+
+def test_the_fixed_point_of_relinearisation_is_a_kkt_point(relinearized_rows):
+    fixed = [row for row in relinearized_rows if row["fixed_point"]]
+    assert len(fixed) >= 8
+    for row in fixed:
+        assert max(row["violation"], row["stationarity"], row["complementarity"]) <= 1e-8, row
+
+
+def test_slsqp_started_at_the_fixed_point_does_not_leave_it(relinearized_rows):
+    for row in relinearized_rows:
+        if row["fixed_point"]:
+            assert row["slsqp_moved"] <= 1e-8, row
+
+
+def test_the_report_is_written_from_rows(tmp_path, random_rows, relinearized_rows):
+    rows = {
+        "random": random_rows,
+        "scaling": scaling_rows(),
+        "sizes": [],
+        "steps": [],
+        "nonlinear": relinearized_rows,
+    }
+    zones_report(tmp_path / "zones.md", "a command", rows)
+    text = (tmp_path / "zones.md").read_text()
+    assert f"## {len(random_rows)} random zones" in text
+    assert "no step files" in text
+    assert (tmp_path / "zones.json").exists()

@@ -1,0 +1,43 @@
+"""Where step files are, and what they are."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+
+from izo_ref.scene import Scene
+
+FOLDER = Path(
+    os.environ.get("IZO_DATA", Path(__file__).parent.parent.parent.parent / "shared" / "data")
+)
+STEP_ARRAYS = ("positions_t0", "positions_t1", "faces", "masses", "pinned")
+
+
+def available() -> bool:
+    return FOLDER.is_dir()
+
+
+def load(name) -> dict:
+    with np.load(FOLDER / f"{name}.npz") as archive:
+        return {key: archive[key] for key in archive.files}
+
+
+def step_names() -> list[str]:
+    """Files that hold a step."""
+    names = []
+    for path in sorted(FOLDER.glob("*.npz")):
+        with np.load(path) as archive:
+            if "positions_t0" in archive.files:
+                names.append(path.stem)
+    return names
+
+
+def load_step(name, **kwargs) -> Scene:
+    arrays = load(name)
+    return Scene(**{key: arrays[key] for key in STEP_ARRAYS if key in arrays}, **kwargs)
+
+
+def peers() -> dict:
+    path = FOLDER / "peers.json"
+    return json.loads(path.read_text()) if path.is_file() else {}
