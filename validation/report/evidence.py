@@ -57,6 +57,12 @@ JUDGES = {
 }
 
 
+def _check(row):
+    if row["verdict"]["passed"]:
+        return "passed"
+    return "failed, as the result says" if row["status"] == "BLOCKED" else "**failed**"
+
+
 def _ratio(row):
     peer = row.get("peer_objective_m2")
     return None if peer is None else f"{row['objective_m2'] / peer:.4f}"
@@ -70,7 +76,7 @@ def _summary(rows, wrong):
         "triangles": "triangles",
         "status": "status",
         **JUDGES,
-        "check": lambda row: "passed" if row["verdict"]["passed"] else "**failed**",
+        "check": _check,
         "objective over ARCSim 0.2.1": _ratio,
     }
     cost = {

@@ -97,7 +97,7 @@ def pushed_through(scene, own):
     return positions
 
 
-def swapped_layers(n=20):
+def swapped_layers(n=8):
     """Two sheets, one above the other, that change places; as whole sheets both ends are free."""
     x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n), indexing="ij")
     rippled = 0.01 * np.sin(9.0 * x) * np.cos(7.0 * y)
