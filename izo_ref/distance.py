@@ -45,20 +45,36 @@ def distance_bound(problem, positions, multipliers, displacements=None) -> float
         positions: (n, 3) [m], whoever computed them.
         multipliers: (n_impacts,) [kg], of 1/2 sum m |x - y|^2; they need not be good, nor
             come from a solver: they say which rows to take for active.
-        displacements: (n, 3) [m], positions less targets, if known more exactly than the
-            positions can say.
+        displacements: (n, 3) [m], from the targets, if they are known more exactly than
+            positions can say; the bound is then for them, whatever the positions are.
 
     Returns:
-        [m kg^1/2], sqrt(sum m |x - x*|^2) at most; infinity if there is no bound.
+        [m kg^1/2], sqrt(sum m |x - x*|^2) at most; infinity if there is no bound. There is
+        none where a pinned vertex is off its target, where an impact names a vertex twice,
+        and where numbers overflow.
     """
-    if not (np.isfinite(positions).all() and np.isfinite(multipliers).all()):
-        return math.inf
     if displacements is None:
         displacements = positions - problem.targets
-    zone = _Zone(problem, displacements)
-    if zone.hopeless:
+    if not (np.isfinite(displacements).all() and np.isfinite(multipliers).all()):
         return math.inf
-    pushes = np.bincount(zone.row_of, np.maximum(multipliers, 0.0), len(zone.slack))
+    if displacements[np.isinf(problem.masses)].any() or _names_one_twice(problem.nodes):
+        return math.inf
+    with np.errstate(over="ignore", invalid="ignore"):  # what comes of it is tested for
+        zone = _Zone(problem, displacements)
+        if not zone.is_sound():
+            return math.inf
+        return _bound(zone, multipliers)
+
+
+def _names_one_twice(nodes):
+    in_order = np.sort(nodes, axis=1)
+    return (in_order[:, 1:] == in_order[:, :-1]).any()
+
+
+def _bound(zone, multipliers):
+    if len(zone.slack) == 0:
+        return _rounded_up(_norm(zone.z))
+    pushes = np.bincount(zone.row_of.ravel(), np.maximum(multipliers, 0.0), len(zone.slack))
     pushes *= zone.lengths
     active = (pushes > 0.0) & (pushes > zone.slack)
     across = zone.correction(active)
@@ -70,9 +86,19 @@ def distance_bound(problem, positions, multipliers, displacements=None) -> float
         active |= wanting
         across = zone.correction(active)
     pushes = np.where(active, pushes, 0.0)
-    return min(
-        _bound_on_rows(zone, active, across, pushes), _bound_inside(zone, active, across, pushes)
+    bounds = (
+        _bound_on_rows(zone, active, across, pushes),
+        _bound_inside(zone, active, across, pushes),
     )
+    return min(bound if bound >= 0.0 else math.inf for bound in bounds)  # NaN is none
+
+
+def _norm(values):
+    """Euclidean, without under- or overflow of the squares."""
+    largest = float(np.max(np.abs(values), initial=0.0))
+    if largest == 0.0 or not math.isfinite(largest):
+        return largest
+    return largest * float(np.linalg.norm(values / largest))
 
 
 class _Zone:
@@ -100,8 +126,11 @@ class _Zone:
             a[first] for a in (problem.nodes, problem.weights, problem.normals)
         )
         entries = (weights * scale[nodes])[:, :, None] * normals[:, None, :]
-        self.lengths = np.sqrt((entries**2).sum(axis=(1, 2)))
-        empty = self.lengths == 0.0
+        largest = np.abs(entries).max(axis=(1, 2), initial=0.0)
+        empty = largest == 0.0
+        largest[empty] = 1.0
+        # scaled, or the squares of small entries would vanish
+        self.lengths = largest * np.sqrt(((entries / largest[:, None, None]) ** 2).sum(axis=(1, 2)))
         slack, error = _slack(problem, displacements, first)
         self.hopeless = bool((slack[empty] < 0.0).any())
         slack[empty] = problem.thickness  # in nobody's way
@@ -115,6 +144,11 @@ class _Zone:
         self.matrix = coo_array((entries[used], (rows[used], columns[used])), shape).tocsr()
         self.size = abs(self.matrix)
         self.z = (displacements[free] / scale[free, None]).ravel()
+
+    def is_sound(self):
+        """Whether all is finite, and no impact without free vertices is violated."""
+        parts = (self.matrix.data, self.z, self.slack, self.slack_error, self.lengths)
+        return not self.hopeless and all(np.isfinite(part).all() for part in parts)
 
     def moved(self, step):
         """Slacks of z - step, and a bound of their rounding.
@@ -137,13 +171,13 @@ class _Zone:
         from scipy.sparse.linalg import lsmr
 
         step = np.zeros(self.matrix.shape[1])
-        if rows.any():
-            part = self.matrix[rows]
+        unit = float(np.max(np.abs(right[rows]), initial=0.0))
+        if unit > 0.0:
+            part, wanted = self.matrix[rows], right[rows] / unit
             for _ in range(2):  # the second removes what the first left
-                step += lsmr(part, right[rows] - part @ step, atol=1e-14, btol=1e-14, conlim=1e14)[
-                    0
-                ]
-        return step
+                left = wanted - part @ step
+                step += lsmr(part, left, atol=1e-14, btol=1e-14, conlim=1e14)[0]
+        return unit * step
 
     def pulled(self, pushes):
         """C^T pushes, and a bound of the length of its rounding.
@@ -151,7 +185,7 @@ class _Zone:
         Sums of at most as many terms as a vertex has impacts, and 8 u of each entry.
         """
         terms = int(np.bincount(self.matrix.indices, minlength=1).max(initial=1))
-        return self.matrix.T @ pushes, (terms + 8) * U * float(np.linalg.norm(self.size.T @ pushes))
+        return self.matrix.T @ pushes, (terms + 8) * U * _norm(self.size.T @ pushes)
 
 
 def _slack(problem, displacements, rows):
@@ -172,7 +206,7 @@ def _slack(problem, displacements, rows):
         total += np.einsum("jx,jx->j", normals, points)
         terms = np.einsum("jk,jkx,jx->j", np.abs(weights), np.abs(relative), size)
         first = np.einsum("jx,jx->j", size, np.abs(part[nodes[:, 0]]))
-        error += 10 * U * terms + sums * first + 2 * U * np.abs(total)
+        error += 10 * U * terms + (1.0 + 1e-9) * sums * first + 2 * U * np.abs(total)
     return total, error
 
 
@@ -191,22 +225,22 @@ def _bound_on_rows(zone, active, across, pushes):
         smallest = values[0] - (24 + 8 * count) * count * U
         if not smallest > 0.0:
             return math.inf
-        residual = float(np.linalg.norm(slack[active]) + np.linalg.norm(error[active]))
+        residual = _norm(slack[active]) + _norm(error[active])
         beyond = residual / math.sqrt(smallest)
         fitted = np.zeros_like(pushes)
         fitted[active] = vectors @ ((vectors.T @ (part @ (zone.z - across))) / values)
         multipliers = np.maximum(fitted, 0.0)
     # rows have unit length but for a few u
-    if (slack - error - (1.0 + 1e-9) * beyond < 0.0)[~active].any():
+    if not (slack - error - (1.0 + 1e-9) * beyond >= 0.0)[~active].all():
         return math.inf
     point = zone.z - across
     along = min(_misfit(zone, point, multipliers), _misfit(zone, point, pushes))
-    return _rounded_up(float(np.linalg.norm(across)) + 2.0 * beyond + along)
+    return _rounded_up(_norm(across) + 2.0 * beyond + along)
 
 
 def _misfit(zone, z, pushes):
     pulled, error = zone.pulled(pushes)
-    return float(np.linalg.norm(z - pulled)) + error + 4 * U * float(np.linalg.norm(z))
+    return _norm(z - pulled) + error + 5 * U * _norm(z)
 
 
 def _bound_inside(zone, active, across, pushes):
@@ -225,10 +259,11 @@ def _bound_inside(zone, active, across, pushes):
             (missing / np.where(missing > 0.0, opened, 1.0)).max()
         )
         slack, error = zone.moved(step)
-        if (slack < error).any():
+        if not (slack >= error).all():
             return math.inf
-    gap = _misfit(zone, zone.z - step, pushes) ** 2 + 2.0 * float(pushes @ (slack + error))
-    return _rounded_up(float(np.linalg.norm(step)) + math.sqrt(gap))
+    products = 2.0 * float(pushes @ (slack + error))
+    along = math.hypot(_misfit(zone, zone.z - step, pushes), math.sqrt(products))
+    return _rounded_up(_norm(step) + along)
 
 
 def _rounded_up(length):

@@ -108,11 +108,87 @@ def test_pinned_vertices_and_hopeless_rows(rng):
     assert izo_ref.distance_bound(held, held.targets, np.zeros(6)) == math.inf
 
 
+ONE = {
+    "nodes": [[0, 1, 2, 3]],
+    "weights": [[1.0, -0.25, -0.25, -0.5]],
+    "normals": [[0.0, 0.0, 1.0]],
+    "targets": [[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
+    "masses": [1.0, 1.0, 1.0, 1.0],
+    "thickness": 1e-3,
+}
+
+
+def bound_of(displacements, multipliers=None, **changes):
+    """The bound, never below the exact distance, for one problem and displacements."""
+    problem = izo_ref.ZoneProblem(**(ONE | changes))
+    displacements = np.array(displacements, float)
+    if multipliers is None:
+        multipliers = np.zeros(len(problem.nodes))
+    positions = problem.targets + displacements
+    bound = izo_ref.distance_bound(problem, positions, np.array(multipliers), displacements)
+    zone = ExactZone(problem)
+    optimum = zone.solve()
+    if optimum is None:
+        assert bound == math.inf
+    else:
+        assert zone.distance(displacements, optimum.moves) <= bound
+    return bound
+
+
+STILL = np.zeros((4, 3))
+
+
+def test_an_obstacle_that_was_moved_gives_no_bound():
+    """Or the problem would be another one, with the obstacle out of the way."""
+    moved = STILL.copy()
+    moved[1:, 2] = -1.0
+    masses = [1.0, np.inf, np.inf, np.inf]
+    assert bound_of(moved, masses=masses) == math.inf
+    assert bound_of(STILL, masses=masses) == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("size", [1e155, 1e300, 1e-155, 1e-300])
+def test_numbers_that_over_or_underflow_when_squared(size):
+    bound_of(STILL, normals=[[0.0, 0.0, size]])
+    bound_of(STILL, masses=[size, 1.0, 1.0, 1.0])
+    scaled = size * np.array(ONE["targets"])
+    if size < 1.0:
+        bound_of(STILL, targets=scaled, thickness=1e-3 * size)
+
+
+def test_a_free_vertex_with_hardly_any_weight():
+    """Its row is 1e-165 long, so that its square vanishes; nothing else can move."""
+    free = {
+        "targets": [[0, 0, 0.3], [0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]],
+        "weights": [[1.0, -1.0, -1e-165, 0.0]],
+        "masses": [np.inf, np.inf, 1.0, np.inf],
+        "thickness": 0.3 - 0.1,
+    }
+    bound_of(STILL, **free)
+
+
+def test_impacts_that_name_a_vertex_twice_give_no_bound():
+    repeated = {"nodes": [[0, 0, 1, 1]], "weights": [[1.0, -0.9, -0.1, 0.0]]}
+    assert bound_of(STILL, **repeated) == math.inf
+
+
+def test_a_zone_without_impacts_is_left_where_it_is():
+    nothing = {"nodes": np.empty((0, 4), int), "weights": np.empty((0, 4))}
+    moved = STILL.copy()
+    moved[2] = 3.0, 0.0, 4.0
+    bound = bound_of(moved, normals=np.empty((0, 3)), masses=[1.0, 1.0, 4.0, 1.0], **nothing)
+    assert bound == pytest.approx(10.0)
+
+
 def test_no_bound_where_nothing_is_known(rng):
     problem = random_problem(rng, 3)
     nothing = np.zeros(3)
     assert izo_ref.distance_bound(problem, problem.targets * np.nan, nothing) == math.inf
     assert izo_ref.distance_bound(problem, problem.targets, nothing * np.nan) == math.inf
+    moved = np.full_like(problem.targets, np.inf)
+    assert izo_ref.distance_bound(problem, problem.targets, nothing, moved) == math.inf
+    moved[:] = np.nan
+    assert izo_ref.distance_bound(problem, problem.targets, nothing, moved) == math.inf
     opposed = izo_ref.ZoneProblem(
         np.repeat(problem.nodes[:1], 2, axis=0),
         np.repeat(problem.weights[:1], 2, axis=0),

@@ -85,7 +85,8 @@ def _meets_between(is_edge_edge, d, a1, a2, a3, b1, b2, b3, t0, t1):
 def certainly_meets(is_edge_edge, a1, a2, a3, b1, b2, b3, toi):
     """Whether the pair meets at a time near `toi`, for certain.
 
-    False says nothing. a_k, b_k are nodes 1..3 relative to node 0 at t = 0, 1.
+    False says nothing. a_k, b_k are nodes 1..3 relative to node 0 at t = 0, 1; `toi` is in
+    [0, 1].
     """
     size = max(max_abs3(a1), max(max_abs3(a2), max_abs3(a3)))
     size = max(size, max(max_abs3(b1), max(max_abs3(b2), max_abs3(b3))))
