@@ -90,7 +90,10 @@ def _evidence(args):
 def _mutants(args):
     from validation.mutants.run import run_mutants
     from validation.report.mutants import mutants_report
+    from validation.report.tables import header
 
+    # of what is tested: a run takes a snapshot first, and a quarter of an hour after that
+    title = header("Does the suite notice?", "python -m validation mutants")
     try:
         rows = run_mutants(args.faults or None, args.rows)
     except ValueError as error:  # an unknown name
@@ -99,7 +102,7 @@ def _mutants(args):
     if args.faults:
         print("some faults only: no report")
     else:
-        mutants_report(args.output / "mutants.md", "python -m validation mutants", rows)
+        mutants_report(args.output / "mutants.md", title, rows)
         print(args.output / "mutants.md")
     return PASSED if all(row["caught"] for row in rows) else FAILED
 

@@ -1,14 +1,14 @@
 """Rows of `validation.mutants` to `reports/mutants.md`."""
 
-from validation.report.tables import header, table, write
+from validation.report.tables import table, write
 
 
-def mutants_report(path, command, rows):
+def mutants_report(path, title, rows):
     """Write the score, the survivors, and who caught what.
 
     Args:
         path: of the Markdown file; JSON is written beside it.
-        command: that made it.
+        title: `header` of the report.
         rows: of `run_mutants`.
     """
     survivors = [row for row in rows if not row["caught"]]
@@ -23,7 +23,7 @@ def mutants_report(path, command, rows):
         "seconds": lambda row: f"{row['seconds']:.0f}",
     }
     missed = "None." if not survivors else table(columns, survivors)
-    content = f"""{header("Does the suite notice?", command)}
+    content = f"""{title}
 Deliberate faults, one at a time, each in a copy of the repository. The tests named for a fault
 run first, all others only if those pass. Without any fault they pass.
 

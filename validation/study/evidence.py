@@ -98,15 +98,22 @@ def pushed_through(scene, own):
 
 
 def swapped_layers(n=8):
-    """Two sheets, one above the other, that change places; as whole sheets both ends are free."""
+    """Two rippled sheets, one above the other, that change places; both ends are free.
+
+    Not the same ripples: facets that stay parallel take ipctk minutes.
+    """
     x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n), indexing="ij")
-    rippled = 0.01 * np.sin(9.0 * x) * np.cos(7.0 * y)
-    sheet = np.column_stack((x.ravel(), y.ravel(), rippled.ravel()))
+    low = np.column_stack(
+        (x.ravel(), y.ravel(), 0.01 * (np.sin(9.0 * x) * np.cos(7.0 * y)).ravel())
+    )
+    high = np.column_stack(
+        (x.ravel(), y.ravel(), 0.01 * (np.cos(8.0 * x) * np.sin(5.0 * y)).ravel())
+    )
     i, j = np.divmod(np.arange((n - 1) ** 2), n - 1)
     a, b, c, d = i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1
     faces = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
     shift = np.array([0.013, 0.007, 0.1])
-    start = np.concatenate((sheet, sheet + shift))
-    end = np.concatenate((sheet + 2.0 * shift, sheet + shift))
+    start = np.concatenate((low, high + shift))
+    end = np.concatenate((low + 2.0 * shift, high + shift))
     scene = Scene(start, end, np.concatenate((faces, faces + n * n)))
     return scene, end
