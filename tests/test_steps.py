@@ -49,7 +49,7 @@ def test_step_ends_free(name):
     assert result.certificate.exact <= 1e-4 * result.certificate.candidates
     path_facts, _ = judge.path(scene, result.positions)
     end_facts, _ = judge.end(scene, result.positions)
-    assert [fact.by for fact in path_facts + end_facts if not fact.passed] == []
+    assert [fact.by for fact in path_facts + end_facts if fact.passed is False] == []
 
 
 def test_objectives_in_the_geometric_mean():

@@ -7,7 +7,6 @@ from pathlib import Path
 from izo_ref.errors import IzoError
 from izo_ref.io import check_writable, replacing, save_json
 from izo_ref.problem import ZoneProblem
-from validation.check import check_files, verdict_summary
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
 REPORTS = Path("reports")
@@ -18,12 +17,17 @@ def main(arguments=None) -> int:
     args = _parser().parse_args(arguments)
     try:
         return args.run(args)
+    except ModuleNotFoundError as error:
+        print(f"validation: {error}; pip install -e .[validation]", file=sys.stderr)
+        return BAD_INPUT
     except IzoError as error:
         print(f"validation: {type(error).__name__}: {error}", file=sys.stderr)
         return BAD_INPUT
 
 
 def _check(args):
+    from validation.check import check_files, verdict_summary
+
     for path in (args.json, args.html):
         if path:
             check_writable(path)

@@ -23,6 +23,7 @@ from validation.oracles.rational import ExactZone, active_rows
 LIMITS = {"exact": 64, "NNLS": 256, "SLSQP": 64}
 # Zones that are given to each oracle, the largest first.
 ZONES_ASKED = 50
+PATH_BY_OTHERS = "ipctk Tight Inclusion, hits decided by flint"
 # Hits of ipctk that are confirmed exactly, one by one.
 HITS = 1000
 
@@ -67,6 +68,8 @@ def path(scene, positions):
 
 
 def _path_by_others(scene, positions):
+    if ipc.unusable():
+        return Fact("path is free", PATH_BY_OTHERS, f"not asked: {ipc.unusable()}", None, 0.0)
     begin = time.perf_counter()
     nodes, kinds, _, complete = ipc.path_hits(
         scene.positions_t0, positions, scene.edges, scene.faces, HITS
@@ -88,9 +91,7 @@ def _path_by_others(scene, positions):
     # an incomplete list without a true hit would prove nothing
     passed = met == 0 and complete
     seconds = time.perf_counter() - begin
-    return Fact(
-        "path is free", "ipctk Tight Inclusion, hits decided by flint", answer, passed, seconds
-    )
+    return Fact("path is free", PATH_BY_OTHERS, answer, passed, seconds)
 
 
 def _key(nodes, is_edge_edge):
@@ -114,6 +115,9 @@ def end(scene, positions):
     facts = [
         Fact("end is free", "python-fcl", answer, len(crossing) == 0 if judged else None, seconds)
     ]
+    if ipc.unusable():
+        facts.append(Fact("end is free", "ipctk", f"not asked: {ipc.unusable()}", None, 0.0))
+        return facts, crossing
     found, seconds = _timed(ipc.has_intersections, positions, scene.edges, scene.faces)
     answer = "intersects" if found else "free"
     facts.append(Fact("end is free", "ipctk", answer, not found if judged else None, seconds))

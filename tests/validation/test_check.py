@@ -1,4 +1,5 @@
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -8,6 +9,9 @@ from izo_ref.io import SavedResult, save_result, save_scene
 from tests.shapes import grid, two_sheets, vertex_over_face
 from validation.__main__ import main
 from validation.check import check
+from validation.oracles import ipc
+
+needs_ipctk = pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
 
 
 def positions_only(positions):
@@ -30,6 +34,7 @@ def test_our_own_result_passes(rng):
     assert {CERTIFICATE, OTHERS, "python-fcl", "ipctk", "exact rational arithmetic"} <= asked
 
 
+@needs_ipctk
 def test_the_proposal_itself_fails_everywhere():
     scene = vertex_over_face()
     verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
@@ -38,6 +43,7 @@ def test_the_proposal_itself_fails_everywhere():
     assert verdict.crossing.tolist() == [[0, 1]]
 
 
+@needs_ipctk
 @pytest.mark.parametrize(("height", "through"), [(1e-9, False), (-1e-9, True)])
 def test_a_vertex_pushed_through_by_a_nanometre_is_found(height, through):
     scene = vertex_over_face()
@@ -49,6 +55,7 @@ def test_a_vertex_pushed_through_by_a_nanometre_is_found(height, through):
     assert verdict.passed is not through
 
 
+@needs_ipctk
 def test_layers_that_swapped_are_found_though_the_end_is_free():
     """What a test of the end alone cannot see."""
     a, faces = grid(6)
@@ -92,6 +99,7 @@ def test_others_are_judged_by_what_they_give(rng):
     assert verdict.objectives["half"] > verdict.objectives["izo_ref.resolve"]
 
 
+@needs_ipctk
 def test_pairs_that_cross_from_the_start_are_not_held_against_a_result():
     scene = vertex_over_face()
     start = scene.positions_t0.copy()
@@ -101,6 +109,21 @@ def test_pairs_that_cross_from_the_start_are_not_held_against_a_result():
     verdict = check(crossing, positions_only(end), 1e-3)
     assert verdict.passed
     assert any("left out" in fact.answer for fact in verdict.facts)
+
+
+def test_a_judge_that_cannot_be_asked_is_said_not_to_have_been(monkeypatch):
+    monkeypatch.setattr(ipc, "unusable", lambda: "no such instruction")
+    scene = vertex_over_face()
+    verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
+    assert failed(verdict) == {CERTIFICATE, "python-fcl"}
+    told = [fact for fact in verdict.facts if "not asked: no such instruction" in fact.answer]
+    assert [fact.by for fact in told] == [OTHERS, "ipctk"]
+
+
+def test_a_missing_package_is_named(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "validation.check", None)
+    assert main(["check", "step.npz"]) == 2
+    assert "pip install -e .[validation]" in capsys.readouterr().err
 
 
 def test_the_command_writes_its_verdict(tmp_path, capsys):

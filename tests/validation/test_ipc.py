@@ -8,6 +8,8 @@ from tests.shapes import grid, two_sheets, vertex_over_face
 from validation.oracles import ipc
 from validation.oracles.ipc import has_intersections, path_hits
 
+pytestmark = pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
+
 
 def hits_of(scene, **options):
     return path_hits(scene.positions_t0, scene.positions_t1, scene.edges, scene.faces, **options)

@@ -7,11 +7,37 @@ its way before a face is no hit; with the defaults, which scale times back by 0.
 stops 1e-4 before it is. Pairs that touch at the start are hits at time 0.
 """
 
+import functools
+import subprocess
+import sys
 from itertools import islice
 
 import numpy as np
 
 CHUNK = 1000  # pairs that are asked for together before each is asked for
+
+
+PROBE = """
+import ipctk, numpy
+positions = numpy.eye(3)
+mesh = ipctk.CollisionMesh(positions, [[0, 1], [0, 2], [1, 2]], [[0, 1, 2]])
+ipctk.Candidates().build(mesh, positions, positions, 0.0, ipctk.LBVH())
+ipctk.has_intersections(mesh, positions)
+"""
+
+
+@functools.cache
+def unusable():
+    """Why ipctk cannot be asked on this machine; None if it can.
+
+    Some of its wheels (1.6.1 for Python 3.12 and 3.13) hold instructions that not every
+    processor has, and end the process. So another process tries first, once.
+    """
+    run = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True)
+    if run.returncode == 0:
+        return None
+    said = run.stderr.strip().splitlines()
+    return said[-1] if said else f"it ends its process with signal {-run.returncode}"
 
 
 def has_intersections(positions, edges, faces):
