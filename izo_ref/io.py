@@ -58,16 +58,23 @@ def load_result(path) -> SavedResult:
     names = ("thickness", "multipliers", *(f"impact_{name}" for name in Impacts._fields))
     missing = [name for name in names if name not in arrays]
     if missing == list(names) or missing == list(names)[1:]:
-        thickness = float(arrays["thickness"]) if "thickness" in arrays else None
-        return SavedResult(arrays["positions"], thickness, None, None)
+        return SavedResult(arrays["positions"], _thickness(path, arrays), None, None)
     if missing:
         raise FileFormatError(f"{path}: holds impacts, but {', '.join(missing)} is missing")
     impacts = Impacts(*(arrays[name] for name in names[2:]))
-    if len({len(column) for column in (*impacts, arrays["multipliers"])}) != 1:
+    if len({column.shape[:1] for column in (*impacts, arrays["multipliers"])}) != 1:
         raise FileFormatError(f"{path}: the arrays of its impacts differ in length")
     return SavedResult(
-        arrays["positions"], float(arrays["thickness"]), impacts, arrays["multipliers"]
+        arrays["positions"], _thickness(path, arrays), impacts, arrays["multipliers"]
     )
+
+
+def _thickness(path, arrays):
+    if "thickness" not in arrays:
+        return None
+    if arrays["thickness"].shape != () or arrays["thickness"].dtype.kind not in "fiu":
+        raise FileFormatError(f"{path}: expected thickness to be one number")
+    return float(arrays["thickness"])
 
 
 def save_result(path, result: SavedResult):

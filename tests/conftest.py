@@ -1,16 +1,14 @@
 """Fixtures, seeds, and where the shared step files are."""
 
-import json
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-import izo_ref
+from validation.study import steps
 
-HERE = Path(__file__).parent
-DATA = Path(os.environ.get("IZO_DATA", HERE.parent.parent / "shared" / "data"))
+DATA = steps.FOLDER
+load, load_step, peers = steps.load, steps.load_step, steps.peers
 SEED = int(os.environ.get("IZO_SEED", "20240607"))
 
 
@@ -35,18 +33,3 @@ def pytest_collection_modifyitems(config, items):
 def rng(request):
     """A generator of its own for each test, from the seed in the header and its name."""
     return np.random.default_rng([SEED, *request.node.name.encode()])
-
-
-def load(name):
-    with np.load(DATA / f"{name}.npz") as archive:
-        return {key: archive[key] for key in archive.files}
-
-
-def load_step(name):
-    arrays = load(name)
-    keys = ("positions_t0", "positions_t1", "faces", "masses", "pinned")
-    return izo_ref.Scene(**{key: arrays[key] for key in keys if key in arrays})
-
-
-def peers():
-    return json.loads((DATA / "peers.json").read_text())

@@ -57,6 +57,9 @@ def test_half_of_the_zones_is_an_error(tmp_path):
     np.savez(tmp_path / "short.npz", **arrays | {"multipliers": arrays["multipliers"][:0]})
     with pytest.raises(errors.FileFormatError, match="length"):
         load_result(tmp_path / "short.npz")
+    np.savez(tmp_path / "two.npz", **arrays | {"thickness": [1e-3, 1e-3]})
+    with pytest.raises(errors.FileFormatError, match="thickness"):
+        load_result(tmp_path / "two.npz")
     del arrays["impact_normals"]
     np.savez(tmp_path / "half.npz", **arrays)
     with pytest.raises(errors.FileFormatError, match="impact_normals is missing"):

@@ -10,10 +10,12 @@ import time
 import numpy as np
 
 from izo_ref import checks
+from izo_ref.certify import certify_path
 from izo_ref.errors import FileFormatError
 from izo_ref.io import SavedResult, load_result, load_scene
 from izo_ref.options import Options
 from izo_ref.resolve import resolve
+from izo_ref.summary import pairs_summary
 from izo_ref.types import Pairs
 from validation import judge
 
@@ -97,7 +99,9 @@ def check(
     else:
         add(*judge.zones(scene, result, options)[0])
     free = {"izo_ref.resolve": own.positions} if own.certificate.free else {}
-    free |= {name: other for name, other in (known or {}).items() if _is_free(scene, other)}
+    free |= {
+        name: other for name, other in (known or {}).items() if certify_path(scene, other).free
+    }
     nearness, objectives = judge.nearness(scene, positions, free)
     add(nearness)
     return Verdict(
@@ -117,12 +121,6 @@ def _own_answer(own):
         f"{own.status.name}, objective {own.objective:.6e} m^2 at thickness {own.thickness:g} m, "
         f"{len(own.impacts.toi)} impacts in {len(own.zones)} zones"
     )
-
-
-def _is_free(scene, positions):
-    from izo_ref.certify import certify_path
-
-    return certify_path(scene, positions).free
 
 
 def check_files(
@@ -163,8 +161,6 @@ def _checked(result, scene, path):
 
 def verdict_summary(verdict: Verdict) -> dict:
     """Everything but the arrays, ready for JSON."""
-    from izo_ref.summary import pairs_summary
-
     return {
         "passed": verdict.passed,
         "thickness_m": verdict.thickness,

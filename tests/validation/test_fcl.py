@@ -164,3 +164,18 @@ def test_crossings_at_a_common_vertex_are_not_hidden():
     pairs = crossing_faces(step["positions_t1"], faces)
     shared = (faces[pairs[:, 0], :, None] == faces[pairs[:, 1], None, :]).sum(axis=(1, 2))
     assert np.bincount(shared).tolist() == [97_320, 2_552]
+
+
+def test_touches_are_mostly_found(rng):
+    """A vertex exactly on a face, in integers and eighths: fcl alone decides in floats."""
+    missed, n = 0, 500
+    for _ in range(n):
+        a, b, c = 8.0 * rng.integers(-99, 100, (3, 3))
+        i, j = rng.integers(1, 4, 2)
+        tip = ((8 - i - j) * a + i * b + j * c) / 8.0
+        up = np.cross(b - a, c - a)
+        other = [tip, tip + up + (1, 2, 3), tip + up + (3, 1, -2)]
+        positions = np.array([a, b, c, *other])
+        missed += len(crossing_faces(positions, APART)) == 0
+    print(f"\n{missed} of {n} touches missed")
+    assert missed <= 0.05 * n

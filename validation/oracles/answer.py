@@ -37,6 +37,12 @@ class ScaledZone(NamedTuple):
         return self.unit * scaled / self.lengths
 
 
+def mass_norm(masses, vectors) -> float:
+    """[m kg^1/2], sqrt(sum m |v|^2) over the vertices of finite mass."""
+    free = np.isfinite(masses)
+    return float(np.sqrt((masses[free, None] * vectors[free] ** 2).sum()))
+
+
 def no_answer(problem, message, seconds) -> Answer:
     return Answer(np.full_like(problem.targets, np.nan), None, False, message, seconds)
 

@@ -1,7 +1,7 @@
 """Which faces of a mesh intersect at rest, by python-fcl and, for neighbours, exactly.
 
-python-fcl finds the pairs without a common vertex, in floating point: of 3,000 vertices
-exactly on a face it missed 16, of 148 within rounding beside it, it reported 109. About
+python-fcl finds the pairs without a common vertex, in floating point: so it
+judges crossings, and a mere touch it may miss (`test_touches_are_mostly_found` counts). About
 neighbours it says nothing, as they always touch; for them there are signed volumes with a
 bound on their rounding and, where that does not decide, rational arithmetic.
 """

@@ -100,7 +100,8 @@ def pushed_through(scene, own):
 def swapped_layers(n=8):
     """Two rippled sheets, one above the other, that change places; both ends are free.
 
-    Not the same ripples: facets that stay parallel take ipctk minutes.
+    Not the same ripples: facets that stay parallel are within ipctk's tolerance all over,
+    and each such pair may take all of its iterations.
     """
     x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n), indexing="ij")
     low = np.column_stack(

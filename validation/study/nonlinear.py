@@ -15,6 +15,7 @@ from izo_ref.problem import ZoneProblem
 from izo_ref.resolve import resolve
 from izo_ref.solve import solve_zone
 from izo_ref.zones import zone_problem
+from validation.oracles.answer import mass_norm
 from validation.oracles.nonlinear import NonlinearZone
 from validation.scenes.contacts import KINDS, contact_scene
 
@@ -69,9 +70,8 @@ def _row(scene, result, zone):
     nonlinear = NonlinearZone(problem, kinds)
     kkt = nonlinear.kkt(x)
     away, message = nonlinear.slsqp_from(x)
-    masses = problem.masses[:, None]
-    size = float((masses * (x - problem.targets) ** 2).sum())
-    moved = float(np.sqrt((masses * (away - x) ** 2).sum() / size))
+    size = mass_norm(problem.masses, x - problem.targets)
+    moved = mass_norm(problem.masses, away - x) / size
     return row | {
         "fixed_point": True,
         "violation": kkt.violation,

@@ -11,6 +11,7 @@ from izo_ref.resolve import resolve
 from izo_ref.solve import solve_zone
 from izo_ref.zones import zone_problem
 from validation.oracles import nnls, qp, slsqp
+from validation.oracles.answer import mass_norm
 from validation.oracles.rational import ExactZone, active_rows
 from validation.scenes.zones import random_zone
 
@@ -149,10 +150,7 @@ def _against_ours(problem, displacements):
     if not np.isfinite(displacements).all():
         return float("inf")
     own = ours(problem).displacements
-    free = np.isfinite(problem.masses)
-    masses = problem.masses[free, None]
-    size = float((masses * own[free] ** 2).sum())
-    return float(np.sqrt((masses * (own - displacements)[free] ** 2).sum() / size))
+    return mass_norm(problem.masses, own - displacements) / mass_norm(problem.masses, own)
 
 
 def problem_rows(name, problem, solvers=("piqp", "clarabel")):
@@ -175,8 +173,7 @@ def _judged(name, problem, solver, answer, says, seconds):
     if multipliers is None:
         multipliers = np.full(len(problem.nodes), np.nan)
     judged = residuals(problem, positions, multipliers)
-    free = np.isfinite(problem.masses)
-    size = float((problem.masses[free, None] * answer.displacements[free] ** 2).sum()) ** 0.5
+    size = mass_norm(problem.masses, answer.displacements)
     bound = distance_bound(problem, positions, multipliers, answer.displacements)
     return {
         "zone": name,
