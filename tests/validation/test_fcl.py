@@ -168,7 +168,7 @@ def test_crossings_at_a_common_vertex_are_not_hidden():
 
 def test_touches_are_mostly_found(rng):
     """A vertex exactly on a face, in integers and eighths: fcl alone decides in floats."""
-    missed, n = 0, 500
+    missed, n = 0, 100
     for _ in range(n):
         a, b, c = 8.0 * rng.integers(-99, 100, (3, 3))
         i, j = rng.integers(1, 4, 2)
