@@ -5,7 +5,7 @@ import numpy as np
 from izo_ref.cpu import zones as kernels
 from izo_ref.descent import descend
 from izo_ref.errors import OptionError
-from izo_ref.interior_point import FARTHEST, interior_point, scaled_matrix
+from izo_ref.interior_point import FARTHEST, Zone, interior_point
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.rows import SystemSolution, scaled_rows
@@ -94,14 +94,13 @@ def _solve_large(system, options, rows, zone, z, scaled, active, steps):
         return True
     local = np.where(rows.unknowns[own] < 0, -1, rows.unknowns[own] - vertices.start)
     n_vertices = vertices.stop - vertices.start
-    matrix = scaled_matrix(local, rows.coefficients[own], system.normals[own], n_vertices)
+    large = Zone(local, rows.coefficients[own], system.normals[own], rows.rhs[own], n_vertices)
     solution, scaled[own], steps[zone], feasible = interior_point(
-        matrix,
-        rows.rhs[own],
+        large,
         options.gap_tolerance,
         options.violation_tolerance * system.thickness / rows.lengths[own].max(),
     )
-    active[own] = scaled[own] > matrix @ solution - rows.rhs[own]
+    active[own] = scaled[own] > large.matrix @ solution - rows.rhs[own]
     z[vertices] = solution.reshape(-1, 3)
     if (rows.unknowns[own] >= 0).all():
         _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))

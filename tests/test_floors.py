@@ -26,6 +26,7 @@ FLOORS = [
         "interior_point",
         "descent",
         "rows",
+        "sparse",
         "certify",
         "distance",
         "numbering",

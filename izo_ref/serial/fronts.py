@@ -1,0 +1,149 @@
+"""Multifrontal Cholesky factorisation of a sparse matrix of square blocks.
+
+One supernode after the other, from the leaves of the elimination tree up: its front, a dense
+matrix, takes the matrix's own entries and what the fronts below left over; its pivots are
+eliminated, the rows go to the factor, and the rest waits on a stack for the front above.
+
+Source: J. W. H. Liu, The multifrontal method for sparse matrix solution: theory and practice
+(1992).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref._jit import compiled
+from izo_ref.serial.dense import partial_cholesky
+
+
+class Fronts(NamedTuple):
+    """The shape of a factorisation; all of the order of elimination, in blocks."""
+
+    size: int  # of a block
+    firsts: np.ndarray  # (n_fronts + 1,) i4, first pivot of each front
+    above: np.ndarray  # (n_fronts,) i4, the front that takes what is left; -1: nothing is
+    starts: np.ndarray  # (n_fronts + 1,) i8, into rows and places
+    rows: np.ndarray  # i4, rows of each front below its pivots
+    places: np.ndarray  # i4, of these rows in the front above
+    factor_starts: np.ndarray  # (n_fronts + 1,) i8, into the factor's numbers
+    entry_starts: np.ndarray  # (n_fronts + 1,) i8, into entries
+    entries: np.ndarray  # (n_entries, 3) i4, the value's number, row and column in the front
+    largest: int  # rows of the largest front
+    deepest: int  # numbers on the stack at most
+
+
+@compiled
+def _add_entries(fronts, values, begin, end, front):
+    b = fronts.size
+    for e in range(begin, end):
+        number, row, column = fronts.entries[e, 0], fronts.entries[e, 1], fronts.entries[e, 2]
+        for i in range(b):
+            for j in range(b):
+                front[b * row + i, b * column + j] += values[number, i, j]
+
+
+@compiled
+def _add_rest(b, places, rest, front):
+    """What a front below left over; upper triangles."""
+    for p in range(places.shape[0]):
+        for i in range(b):
+            source, target = rest[b * p + i], front[b * places[p] + i]
+            for q in range(p, places.shape[0]):
+                at = b * places[q]
+                for j in range(b):
+                    target[at + j] += source[b * q + j]
+
+
+@compiled
+def factorize(fronts, values, smallest, factor_out):
+    """Factor the matrix of these values.
+
+    Args:
+        fronts: `Fronts`.
+        values: (n_values, size, size) f8, blocks of the upper triangle. Blocks off the
+            diagonal are taken for symmetric, so that their side does not matter.
+        smallest: pivots of this or less are left out, see `partial_cholesky`.
+        factor_out: (factor_starts[-1],) f8, for each front the rows of its pivots.
+    """
+    b = fronts.size
+    work, stack = np.empty(fronts.largest**2), np.empty(fronts.deepest)
+    below, depth = np.empty(fronts.above.shape[0], np.int32), 0  # fronts on the stack
+    top = 0
+    for s in range(fronts.above.shape[0]):
+        rows = fronts.starts[s + 1] - fronts.starts[s]
+        pivots = b * (fronts.firsts[s + 1] - fronts.firsts[s])
+        n = pivots + b * rows
+        front = work[: n * n].reshape((n, n))
+        for i in range(n):
+            row = front[i]
+            for j in range(i, n):
+                row[j] = 0.0
+            for j in range(i // b * b, i):  # blocks on the diagonal are written whole
+                row[j] = 0.0
+        _add_entries(fronts, values, fronts.entry_starts[s], fronts.entry_starts[s + 1], front)
+        while depth > 0 and fronts.above[below[depth - 1]] == s:
+            depth -= 1
+            child = below[depth]
+            places = fronts.places[fronts.starts[child] : fronts.starts[child + 1]]
+            left = b * places.shape[0]
+            top -= left * left
+            _add_rest(b, places, stack[top : top + left * left].reshape((left, left)), front)
+        partial_cholesky(front, n, pivots, smallest)
+        at = fronts.factor_starts[s]
+        factor_out[at : at + pivots * n] = work[: pivots * n]
+        if rows > 0:
+            left = n - pivots
+            rest = stack[top : top + left * left].reshape((left, left))
+            for i in range(left):
+                source, target = front[pivots + i], rest[i]
+                for j in range(i, left):
+                    target[j] = source[pivots + j]
+            top += left * left
+            below[depth] = s
+            depth += 1
+
+
+@compiled
+def _gather(fronts, s, x, part):
+    """x of a front; returns the first, the number of pivots, and of all."""
+    b = fronts.size
+    first, pivots = b * fronts.firsts[s], b * (fronts.firsts[s + 1] - fronts.firsts[s])
+    for k in range(pivots):
+        part[k] = x[first + k]
+    n = pivots
+    for p in range(fronts.starts[s], fronts.starts[s + 1]):
+        for i in range(b):
+            part[n + i] = x[b * fronts.rows[p] + i]
+        n += b
+    return first, pivots, n
+
+
+@compiled
+def solve(fronts, factor, x):
+    """x <- A^-1 x, for x (n_blocks * size,) f8 in the order of elimination."""
+    b = fronts.size
+    part = np.empty(fronts.largest)
+    for s in range(fronts.above.shape[0]):
+        first, pivots, n = _gather(fronts, s, x, part)
+        at = fronts.factor_starts[s]
+        for k in range(pivots):
+            row = factor[at + k * n : at + (k + 1) * n]
+            part[k] *= row[k]
+            value = part[k]
+            for j in range(k + 1, n):
+                part[j] -= value * row[j]
+        x[first : first + pivots] = part[:pivots]
+        for p in range(fronts.starts[s], fronts.starts[s + 1]):
+            pivots_and_rows = pivots + b * (p - fronts.starts[s])
+            for i in range(b):
+                x[b * fronts.rows[p] + i] = part[pivots_and_rows + i]
+    for s in range(fronts.above.shape[0] - 1, -1, -1):
+        first, pivots, n = _gather(fronts, s, x, part)
+        at = fronts.factor_starts[s]
+        for k in range(pivots - 1, -1, -1):
+            row = factor[at + k * n : at + (k + 1) * n]
+            value = part[k]
+            for j in range(k + 1, n):
+                value -= row[j] * part[j]
+            part[k] = value * row[k]
+        x[first : first + pivots] = part[:pivots]
