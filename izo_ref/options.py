@@ -4,11 +4,16 @@ from dataclasses import dataclass, fields
 
 from izo_ref.errors import OptionError
 
+LAGRANGIAN = ("gradient", "jacobi", "chebyshev", "cg", "lbfgs", "newton")
+PRESET_METHODS = {"arcsim": "cg", "icloth": "chebyshev", "xrtailor": "gradient"}
 CHOICES = {
     "selection": ("independent", "first-of-any", "all"),
-    "method": ("auto", "active-set", "interior-point", "gradient"),
-    "line_search": ("backtracking",),
-    "preset": (None, "xrtailor"),
+    "method": ("auto", "active-set", "interior-point", "pgs", "apgs", *LAGRANGIAN),
+    "line_search": ("exact", "backtracking", "wolfe"),
+    "multiplier_update": ("every-step", "inner-solve"),
+    "penalty": ("fixed", "grown"),
+    "preset": (None, *PRESET_METHODS),
+    "precision": ("float64", "float32"),
 }
 
 
@@ -29,8 +34,23 @@ class Options:
             least; else it is the last.
         method: how a zone is solved; `auto` takes the closed form for one impact,
             `active-set` up to `small_zone` impacts and `interior-point` above.
-        line_search: of the method `gradient`.
-        preset: parameters of another system for the method `gradient`, by its name.
+            Of the augmented Lagrangian (SPEC 3 and 4): `gradient`, `jacobi`, `chebyshev`,
+            `cg`, `lbfgs`, `newton`.
+        line_search: of the augmented-Lagrangian methods: `exact`, `backtracking` until
+            Armijo's condition holds, `wolfe` (the strong conditions). The page's own is
+            `backtracking`, so that is the default.
+        multiplier_update: of the augmented-Lagrangian methods: `every-step`, as on the
+            page, or after an `inner-solve`, as in ARCSim.
+        penalty: mu of the augmented-Lagrangian methods: `fixed`, as in the three systems
+            of SPEC 4, or `grown` when the violation does not fall enough.
+        preset: a system whose parameters an augmented-Lagrangian method takes: `arcsim`,
+            `icloth`, `xrtailor` (SPEC 4). It fixes method, line search, updates and
+            scaling, so `method` is then `auto` or the preset's own.
+        max_steps: [steps] of an augmented-Lagrangian method on one zone. Gradient descent
+            takes tens of thousands where rows are nearly parallel; a preset takes no more
+            than its system does.
+        precision: of the arrays of an augmented-Lagrangian method; `float32` ends at a
+            relative gap of about 1e-6, and residuals are float64 in either case.
         small_zone: [impacts], see `method`. An active-set solve costs the third power of
             the active impacts, an interior-point solve of this size 20 sparse
             factorisations.
@@ -48,7 +68,11 @@ class Options:
     relinearize_gain: float = 1e-3
     method: str = "auto"
     line_search: str = "backtracking"
+    multiplier_update: str = "every-step"
+    penalty: str = "fixed"
     preset: str | None = None
+    max_steps: int = 100_000
+    precision: str = "float64"
     small_zone: int = 512
     gap_tolerance: float = 1e-9
     violation_tolerance: float = 1e-9
@@ -64,3 +88,12 @@ class Options:
             is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if field.name not in CHOICES and not (is_number and value >= 0):
                 raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")
+        own = PRESET_METHODS.get(self.preset)
+        if own and self.method not in ("auto", own):
+            raise OptionError(
+                f"preset: {self.preset!r} is the method {own!r}, expected that or 'auto' as "
+                f"method, got {self.method!r}"
+            )
+        float32_offered = own or self.method in (*LAGRANGIAN, "pgs", "apgs")
+        if self.precision == "float32" and not float32_offered:
+            raise OptionError(f"precision: the method {self.method!r} offers float64 only")

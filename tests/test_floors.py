@@ -25,6 +25,7 @@ FLOORS = [
         "solve",
         "interior_point",
         "descent",
+        "methods",
         "rows",
         "certify",
         "distance",

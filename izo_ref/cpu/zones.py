@@ -1,4 +1,4 @@
-"""Zones in scaled variables, and the solvers that take one zone a thread."""
+"""Zones in scaled variables, and the active-set solver, which takes one zone a thread."""
 
 import math
 
@@ -6,7 +6,6 @@ from numba import prange
 
 from izo_ref._jit import cpu_kernel, light_kernel
 from izo_ref.serial.active_set import active_set
-from izo_ref.serial.lagrangian import lagrangian_descent
 
 
 @light_kernel
@@ -74,43 +73,4 @@ def solve_active_set(
             rhs,
             multipliers_out,
             z_out,
-        )
-
-
-@cpu_kernel
-def solve_lagrangian(
-    # In:
-    impact_offsets,  # (n_zones + 1,) i8
-    vertex_offsets,  # (n_zones + 1,) i8
-    nodes,  # (n_impacts, 4) i4, into the unknowns; -1 for pinned
-    coefficients,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    rhs,  # (n_impacts,) f8
-    curvatures,  # (n_unknowns,) f8, kappa of the objective
-    centres,  # (n_unknowns, 3) f8
-    mus,  # (n_zones,) f8, penalty weights
-    first_steps,  # (n_zones,) f8
-    parameters,  # Descent
-    # Out:
-    unknowns_out,  # (n_unknowns, 3) f8
-    multipliers_out,  # (n_impacts,) f8
-    steps_out,  # (n_zones,) i4
-):
-    for zone in prange(impact_offsets.shape[0] - 1):
-        steps_out[zone] = lagrangian_descent(
-            impact_offsets[zone],
-            impact_offsets[zone + 1],
-            vertex_offsets[zone],
-            vertex_offsets[zone + 1],
-            nodes,
-            coefficients,
-            normals,
-            rhs,
-            curvatures,
-            centres,
-            mus[zone],
-            first_steps[zone],
-            parameters,
-            unknowns_out,
-            multipliers_out,
         )
