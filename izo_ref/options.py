@@ -4,11 +4,17 @@ from dataclasses import dataclass, fields
 
 from izo_ref.errors import OptionError
 
+LAGRANGIAN = ("gradient", "jacobi", "chebyshev", "cg", "lbfgs", "newton")
+SWEEPS = ("pgs", "apgs")
+PRESET_METHODS = {"arcsim": "cg", "icloth": "chebyshev", "xrtailor": "gradient"}
 CHOICES = {
     "selection": ("independent", "first-of-any", "all"),
-    "method": ("auto", "active-set", "interior-point", "gradient"),
-    "line_search": ("backtracking",),
-    "preset": (None, "xrtailor"),
+    "method": ("auto", "active-set", "interior-point", *SWEEPS, *LAGRANGIAN),
+    "line_search": ("exact", "backtracking", "wolfe"),
+    "multiplier_update": ("every-step", "inner-solve"),
+    "penalty": ("fixed", "grown"),
+    "preset": (None, *PRESET_METHODS),
+    "precision": ("float64", "float32"),
 }
 
 
@@ -30,8 +36,24 @@ class Options:
         method: how a zone is solved; `auto` takes the closed form for one impact, block
             pivoting up to `small_zone` impacts and, where that gives up, `active-set` up to
             `active_set_zone` of them; `interior-point` for all others.
-        line_search: of the method `gradient`.
-        preset: parameters of another system for the method `gradient`, by its name.
+            Of the augmented Lagrangian (SPEC 3 and 4): `gradient`, `jacobi`, `chebyshev`,
+            `cg`, `lbfgs`, `newton`. Sweeps over the multipliers: `pgs`, and
+            accelerated, `apgs`.
+        line_search: of the augmented-Lagrangian methods: `exact`, `backtracking` until
+            Armijo's condition holds, `wolfe` (the strong conditions). The page's own is
+            `backtracking`, so that is the default.
+        multiplier_update: of the augmented-Lagrangian methods: `every-step`, as on the
+            page, or after an `inner-solve`, as in ARCSim.
+        penalty: mu of the augmented-Lagrangian methods: `fixed`, as in the three systems
+            of SPEC 4, or `grown` when the violation does not fall enough.
+        preset: a system whose parameters an augmented-Lagrangian method takes: `arcsim`,
+            `icloth`, `xrtailor` (SPEC 4). It fixes method, line search, updates and
+            scaling, so `method` is then `auto` or the preset's own.
+        max_steps: [steps] of an augmented-Lagrangian method, or sweeps, on one zone.
+            Gradient descent takes tens of thousands where rows are nearly parallel; a preset
+            takes no more than its system does.
+        precision: of the arrays of an augmented-Lagrangian method and of sweeps; `float32`
+            ends at a relative gap of about 1e-6, and residuals are float64 in either case.
         small_zone: [impacts], see `method`. Block pivoting factors dense matrices of the
             active impacts: 50 ms and 16 MB for a random zone of 1024.
         active_set_zone: [impacts], see `method`. An active set takes one step for each
@@ -50,7 +72,11 @@ class Options:
     relinearize_gain: float = 1e-3
     method: str = "auto"
     line_search: str = "backtracking"
+    multiplier_update: str = "every-step"
+    penalty: str = "fixed"
     preset: str | None = None
+    max_steps: int = 100_000
+    precision: str = "float64"
     small_zone: int = 1024
     active_set_zone: int = 512
     gap_tolerance: float = 1e-9
@@ -67,3 +93,12 @@ class Options:
             is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if field.name not in CHOICES and not (is_number and value >= 0):
                 raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")
+        own = PRESET_METHODS.get(self.preset)
+        if own and self.method not in ("auto", own):
+            raise OptionError(
+                f"preset: {self.preset!r} is the method {own!r}, expected that or 'auto' as "
+                f"method, got {self.method!r}"
+            )
+        float32_offered = own or self.method in (*LAGRANGIAN, *SWEEPS)
+        if self.precision == "float32" and not float32_offered:
+            raise OptionError(f"precision: the method {self.method!r} offers float64 only")

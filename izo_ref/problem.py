@@ -138,3 +138,6 @@ class ZoneSolution(NamedTuple):
     method: str
     iterations: int
     feasible: bool  # False: the solver showed that nothing satisfies the constraints
+    # (steps, 2) f8, after each step the objective 1/2 sum m |x - y|^2 [kg m^2] and the largest
+    # violation [m]; None if it was not asked for or the method keeps none
+    trace: np.ndarray | None = None

@@ -18,6 +18,7 @@ class SystemSolution(NamedTuple):
     feasible: np.ndarray  # (n_zones,) b1
     iterations: np.ndarray  # (n_zones,) i4
     methods: np.ndarray  # (n_zones,) str
+    trace: np.ndarray | None = None  # (steps, 2) f8, of the first zone, see ZoneSolution
 
 
 class ScaledRows(NamedTuple):

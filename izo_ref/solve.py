@@ -4,12 +4,12 @@ import numpy as np
 
 from izo_ref.cpu import zones as kernels
 from izo_ref.descent import descend
-from izo_ref.errors import OptionError
 from izo_ref.interior_point import FARTHEST, Zone, interior_point
-from izo_ref.options import Options
+from izo_ref.options import LAGRANGIAN, SWEEPS, Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.rows import SystemSolution, scaled_rows
 from izo_ref.serial.small_zone import ACTIVE_SET, BLOCK_PIVOT, CLOSED_FORM, Limits
+from izo_ref.sweep import sweep
 from izo_ref.zones import ZoneSystem, problem_system
 
 INTERIOR_POINT = 3
@@ -17,11 +17,13 @@ METHODS = np.array(["closed-form", "block-pivot", "active-set", "interior-point"
 SERIAL_WORK = 10_000  # [impacts^2], of zones of 64 impacts 35 us for 4096
 
 
-def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
+def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> SystemSolution:
     """Solve every zone of a system; small ones one a thread, large ones one by one."""
     rows = scaled_rows(system)
-    if options.method == "gradient":
-        return descend(system, options, rows)
+    if options.method in LAGRANGIAN or options.preset is not None:
+        return descend(system, options, rows, trace)
+    if options.method in SWEEPS:
+        return sweep(system, options, rows, trace)
     n_zones = len(system.impact_offsets) - 1
     limits = Limits(
         options.gap_tolerance,
@@ -124,15 +126,28 @@ def solve_zone(
     line_search: str = "backtracking",
     tolerance: float = 1e-9,
     preset: str | None = None,
+    *,
+    multiplier_update: str = "every-step",
+    penalty: str = "fixed",
+    max_steps: int = 100_000,
+    precision: str = "float64",
+    trace: bool = False,
 ) -> ZoneSolution:
     """Solve one zone problem.
 
     Args:
         problem: `ZoneProblem`.
-        method: `auto`, `active-set`, `interior-point`, `gradient`; see `Options`.
-        line_search: `backtracking` (of the method `gradient`).
+        method: `auto`, `active-set`, `interior-point`, `pgs`, `apgs`, `gradient`, `jacobi`,
+            `chebyshev`, `cg`, `lbfgs`, `newton`; see `Options`, also for what follows.
+        line_search: `exact`, `backtracking`, `wolfe`.
         tolerance: relative duality gap, and violation over the thickness.
-        preset: `xrtailor`: that system's parameters for the method `gradient`.
+        preset: `arcsim`, `icloth`, `xrtailor`: that system's method and parameters.
+        multiplier_update: `every-step`, `inner-solve`.
+        penalty: `fixed`, `grown`.
+        max_steps: [steps] of an augmented-Lagrangian method, or sweeps.
+        precision: `float64`, `float32`.
+        trace: whether the solution says objective and violation after each step; the
+            augmented-Lagrangian methods and sweeps can.
 
     Returns:
         `ZoneSolution`; its residuals are computed outside the solver.
@@ -146,11 +161,13 @@ def solve_zone(
         method=method,
         line_search=line_search,
         preset=preset,
+        multiplier_update=multiplier_update,
+        penalty=penalty,
+        max_steps=max_steps,
+        precision=precision,
         gap_tolerance=tolerance,
         violation_tolerance=tolerance,
     )
-    if preset is not None and method != "gradient":
-        raise OptionError(f"preset: {preset!r} belongs to the method 'gradient', not {method!r}")
     pinned = np.isinf(problem.masses)
     if len(problem.nodes) == 0 or pinned.all():
         nothing = np.zeros(len(problem.nodes))
@@ -159,7 +176,7 @@ def solve_zone(
         still = np.zeros_like(problem.targets)
         return ZoneSolution(problem.targets.copy(), still, nothing, judged, method, 0, feasible)
     system, places = problem_system([problem])
-    solution = solve_system(system, options)
+    solution = solve_system(system, options, trace)
     positions = solution.positions[places]
     return ZoneSolution(
         positions,
@@ -169,4 +186,5 @@ def solve_zone(
         str(solution.methods[0]),
         int(solution.iterations[0]),
         bool(solution.feasible[0]),
+        solution.trace,
     )

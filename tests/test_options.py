@@ -12,6 +12,11 @@ from izo_ref import Options, errors
         ("selection", "some"),
         ("method", "newtonish"),
         ("preset", "cloth"),
+        ("line_search", "guess"),
+        ("multiplier_update", "sometimes"),
+        ("penalty", "growing"),
+        ("precision", "float16"),
+        ("max_steps", -1),
         ("max_iterations", -1),
         ("relinearize", None),
         ("gap_tolerance", float("nan")),
@@ -35,3 +40,12 @@ def test_every_option_is_explained():
     text = inspect.getdoc(Options)  # Python 3.13 takes the indentation away, others do not
     for field in dataclasses.fields(Options):
         assert f"\n    {field.name}: " in text
+
+
+def test_options_that_do_not_go_together_are_named():
+    with pytest.raises(errors.OptionError, match="preset: 'icloth' is the method 'chebyshev'"):
+        Options(preset="icloth", method="cg")
+    with pytest.raises(errors.OptionError, match="precision: the method 'auto'"):
+        Options(precision="float32")
+    Options(preset="icloth", method="chebyshev")
+    Options(preset="arcsim", precision="float32")

@@ -1,12 +1,12 @@
-"""Zones in scaled variables, and the solvers that take one zone a thread."""
+"""Zones in scaled variables, and the active-set solver, which takes one zone a thread."""
 
 import math
 
 from numba import prange
 
 from izo_ref._jit import cpu_kernel, light_kernel
-from izo_ref.serial.lagrangian import lagrangian_descent
 from izo_ref.serial.small_zone import solve_small_zone
+from izo_ref.serial.sweeps import sweeps
 
 
 @light_kernel
@@ -93,39 +93,41 @@ def solve_small_zones(
 
 
 @cpu_kernel
-def solve_lagrangian(
+def solve_sweeps(
     # In:
     impact_offsets,  # (n_zones + 1,) i8
     vertex_offsets,  # (n_zones + 1,) i8
-    nodes,  # (n_impacts, 4) i4, into the unknowns; -1 for pinned
-    coefficients,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    rhs,  # (n_impacts,) f8
-    curvatures,  # (n_unknowns,) f8, kappa of the objective
-    centres,  # (n_unknowns, 3) f8
-    mus,  # (n_zones,) f8, penalty weights
-    first_steps,  # (n_zones,) f8
-    parameters,  # Descent
+    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
+    coefficients,  # (n_impacts, 4), of the solver's type as all that has none here
+    normals,  # (n_impacts, 3)
+    rhs,  # (n_impacts,)
+    metres,  # (n_impacts,) f8  [m], violation of a row of 1
+    accelerated,  # bool
+    max_sweeps,  # i8
+    gap_tolerance,  # f8, relative
+    violation_tolerance,  # f8  [m]
     # Out:
-    unknowns_out,  # (n_unknowns, 3) f8
-    multipliers_out,  # (n_impacts,) f8
+    multipliers_out,  # (n_impacts,), of the unit rows
+    z_out,  # (n_unknowns, 3)
     steps_out,  # (n_zones,) i4
+    trace_out,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] after each sweep; k = 0: none
 ):
     for zone in prange(impact_offsets.shape[0] - 1):
-        steps_out[zone] = lagrangian_descent(
+        steps_out[zone] = sweeps(
             impact_offsets[zone],
             impact_offsets[zone + 1],
             vertex_offsets[zone],
             vertex_offsets[zone + 1],
-            nodes,
+            unknowns,
             coefficients,
             normals,
             rhs,
-            curvatures,
-            centres,
-            mus[zone],
-            first_steps[zone],
-            parameters,
-            unknowns_out,
+            metres,
+            accelerated,
+            max_sweeps,
+            gap_tolerance,
+            violation_tolerance,
             multipliers_out,
+            z_out,
+            trace_out[zone],
         )

@@ -1,14 +1,15 @@
-"""Augmented Lagrangian of one zone, minimised by gradient descent, as the page has it.
+"""The augmented Lagrangian of one zone: value, gradient, and itself along a line.
 
-    L(x) = sum_i kappa_i |x_i - y_i|^2 + mu/2 sum_j max(c_j + l_j / mu, 0)^2
-           - sum_j l_j^2 / (2 mu),    c_j = b_j - N_j . sum_k a_jk x_jk
+    L(x) = sum_i w_i x_i^2 / 2 + mu/2 sum_j max(c_j + l_j / mu, 0)^2 - sum_j l_j^2 / (2 mu)
+    c_j  = s_j - N_j . sum_k a_jk x_jk
 
-One loop: gradient; step size by backtracking until the Armijo condition holds; move;
-multipliers l_j <- max(l_j + mu c_j, 0). The caller chooses the variables: positions in
-metres, or those of SPEC 5.
+with x the displacement from the candidate positions, so that nothing cancels there, and
+w = 2 kappa. The caller chooses the variables: metres, or those of SPEC 5.
 
-Source: XRTailor documentation, "Impact Zone Optimization", eqs. 1 to 11 and 18, figure
-`algorithm_cpu`; eq. 9 with the slack eliminated (clamped), as it is meant.
+Pinned vertices are one row of x more, the last, with coefficient zero: no branches.
+
+Source: XRTailor documentation, "Impact Zone Optimization", eqs. 5 to 11; eq. 9 with the
+slack eliminated (clamped), as it is meant.
 """
 
 from typing import NamedTuple
@@ -17,175 +18,187 @@ import numpy as np
 
 from izo_ref._jit import compiled
 
-# A gradient of the length of this times the largest |b - A y| is rounding: 2^-53 for each
-# of some ten operations on numbers of that size.
-ROUNDING = 1e-15
 
+class Zone(NamedTuple):
+    """One zone and its work space; n = 3 times (vertices + 1), m impacts.
 
-class Descent(NamedTuple):
-    """Parameters of the loop."""
-
-    armijo: float  # c_1: fraction of the predicted decrease that has to be reached
-    shrink: float  # a step too long is multiplied by this
-    grow: float  # each search begins at the last step times this
-    smallest_step: float  # the loop ends when the step falls below
-    max_iterations: int
-    tolerance: float  # ends when the largest entry of the gradient and of min(-c, l / mu)
-    # falls below, relative to the largest |b - A y|; 0: never
-
-
-@compiled
-def constraint(j, nodes, coefficients, normals, rhs, unknowns):
-    """c_j = b_j - N_j . sum_k a_jk x_jk, positive where violated."""
-    value = rhs[j]
-    for k in range(4):
-        if nodes[j, k] >= 0:
-            for axis in range(3):
-                value -= coefficients[j, k] * normals[j, axis] * unknowns[nodes[j, k], axis]
-    return value
-
-
-@compiled
-def lagrangian_change(
-    first_impact,
-    last_impact,
-    first_vertex,
-    last_vertex,
-    nodes,
-    coefficients,
-    normals,
-    rhs,
-    curvatures,
-    centres,
-    mu,
-    unknowns,
-    multipliers,
-    gradient,
-    step,
-):
-    """L(x - step * gradient) - L(x) (page eq. 11), term by term.
-
-    The difference of two values of L loses a gradient below the square root of rounding;
-    the sum of the terms' differences does not.
+    Arrays are all of one type, float64 or float32. Sums over them are float64 in either
+    case, and so are mu and the step until they multiply an array.
     """
-    change = 0.0
-    for i in range(first_vertex, last_vertex):
-        for axis in range(3):
-            move = -step * gradient[i - first_vertex, axis]
-            offset = unknowns[i, axis] - centres[i, axis]
-            change += curvatures[i] * move * (2.0 * offset + move)
-    for j in range(first_impact, last_impact):
-        c = constraint(j, nodes, coefficients, normals, rhs, unknowns)
-        rise = 0.0
-        for k in range(4):
-            if nodes[j, k] >= 0:
-                for axis in range(3):
-                    slope = coefficients[j, k] * normals[j, axis]
-                    rise += step * slope * gradient[nodes[j, k] - first_vertex, axis]
-        before = max(c + multipliers[j] / mu, 0.0)
-        after = max(c + rise + multipliers[j] / mu, 0.0)
-        # while both are positive their difference is `rise`, with nothing cancelled
-        difference = rise if before > 0.0 and after > 0.0 else after - before
-        change += 0.5 * mu * difference * (after + before)
-    return change
+
+    nodes: np.ndarray  # (m, 4) u4, 3 times the vertex: where its coordinates begin
+    coefficients: np.ndarray  # (m, 4), a
+    normals: np.ndarray  # (m, 3), N
+    starts: np.ndarray  # (m,), s, the constraints at x = 0
+    metres: np.ndarray  # (m,), violation in m of c = 1
+    curvatures: np.ndarray  # (n,), w
+    x: np.ndarray  # (n,)
+    multipliers: np.ndarray  # (m,), l
+    gradient: np.ndarray  # (n,), of L
+    direction: np.ndarray  # (n,), p
+    diagonal: np.ndarray  # (n,), of the generalised Hessian
+    previous: np.ndarray  # (n,), the gradient (cg, lbfgs) or x (chebyshev) one step before
+    constraints: np.ndarray  # (m,), c
+    pushed: np.ndarray  # (m,), c + l / mu; a row is active where this is positive
+    along: np.ndarray  # (m,), A p
+    memory: np.ndarray  # flat, vectors of lbfgs or of newton
+    state: np.ndarray  # (9,) f8, numbers that the loop and the directions keep
+
+
+class Measures(NamedTuple):
+    """What one pass over gradient and rows finds; sums of squares, not norms."""
+
+    value: float  # L
+    objective: float  # sum w x^2 / 2
+    error: float  # sum g^2 / w
+    gradient_sq: float  # sum g^2
+    largest_gradient: float  # largest |g|
+    largest_pull: float  # largest |w x|
+    products: float  # sum_j max(l + mu c, 0) |c|
+    shift_sq: float  # sum_j min(-c, l / mu)^2, what an update changes l by, over mu
+    largest_shift: float  # its largest entry
+    violation_m: float  # largest violation
 
 
 @compiled
-def lagrangian_gradient(
-    first_impact,
-    last_impact,
-    first_vertex,
-    last_vertex,
-    nodes,
-    coefficients,
-    normals,
-    rhs,
-    curvatures,
-    centres,
-    mu,
-    unknowns,
-    multipliers,
-    gradient_out,
-):
-    """dL/dx of the zone's unknowns; returns its largest entry."""
-    for i in range(first_vertex, last_vertex):
-        for axis in range(3):
-            offset = unknowns[i, axis] - centres[i, axis]
-            gradient_out[i - first_vertex, axis] = 2.0 * curvatures[i] * offset
-    for j in range(first_impact, last_impact):
-        c = constraint(j, nodes, coefficients, normals, rhs, unknowns)
-        push = max(multipliers[j] + mu * c, 0.0)
+def row_products(zone, vector, rows_out):
+    """A v: N_j . sum_k a_jk v_jk."""
+    for j in range(rows_out.size):
+        value = vector.dtype.type(0)
         for k in range(4):
-            if nodes[j, k] >= 0:
-                for axis in range(3):
-                    pull = push * coefficients[j, k] * normals[j, axis]
-                    gradient_out[nodes[j, k] - first_vertex, axis] -= pull
-    largest = 0.0
-    for i in range(last_vertex - first_vertex):
-        for axis in range(3):
-            largest = max(largest, abs(gradient_out[i, axis]))
-    return largest
+            i = zone.nodes[j, k]
+            point = zone.normals[j, 0] * vector[i]
+            point += zone.normals[j, 1] * vector[i + 1]
+            point += zone.normals[j, 2] * vector[i + 2]
+            value += zone.coefficients[j, k] * point
+        rows_out[j] = value
 
 
 @compiled
-def lagrangian_descent(
-    first_impact,
-    last_impact,
-    first_vertex,
-    last_vertex,
-    nodes,
-    coefficients,
-    normals,
-    rhs,
-    curvatures,
-    centres,
-    mu,
-    first_step,
-    parameters,
-    unknowns_out,
-    multipliers_out,
-):
-    """Run the loop on one zone from its centres; returns the number of iterations."""
-    gradient = np.zeros((last_vertex - first_vertex, 3))
-    scale = 0.0
-    for i in range(first_vertex, last_vertex):
-        for axis in range(3):
-            unknowns_out[i, axis] = centres[i, axis]
-    for j in range(first_impact, last_impact):
-        multipliers_out[j] = 0.0
-        scale = max(scale, abs(constraint(j, nodes, coefficients, normals, rhs, centres)))
-    step = first_step
-    for iteration in range(parameters.max_iterations):
-        zone = (first_impact, last_impact, first_vertex, last_vertex)
-        data = (nodes, coefficients, normals, rhs, curvatures, centres, mu)
-        largest = lagrangian_gradient(*zone, *data, unknowns_out, multipliers_out, gradient)
-        if largest <= parameters.tolerance * scale:
-            worst = 0.0
-            for j in range(first_impact, last_impact):
-                c = constraint(j, nodes, coefficients, normals, rhs, unknowns_out)
-                worst = max(worst, abs(min(-c, multipliers_out[j] / mu)))
-            if worst <= parameters.tolerance * scale:
-                return iteration
-        norm_sq = 0.0
-        for i in range(last_vertex - first_vertex):
-            for axis in range(3):
-                norm_sq += gradient[i, axis] ** 2
-        step *= parameters.grow
-        # At the minimiser of L, to rounding, no step satisfies the strict inequality of
-        # eq. 18: the multipliers still have their turn.
-        at_minimum = norm_sq <= (ROUNDING * scale) ** 2
-        while not at_minimum and step >= parameters.smallest_step:
-            change = lagrangian_change(*zone, *data, unknowns_out, multipliers_out, gradient, step)
-            if change < -parameters.armijo * step * norm_sq:
-                break
-            step *= parameters.shrink
-        if step < parameters.smallest_step:
-            return iteration
-        if not at_minimum:
-            for i in range(first_vertex, last_vertex):
+def renew_constraints(zone):
+    """c = s - A x, without what updates step by step have added in rounding."""
+    row_products(zone, zone.x, zone.constraints)
+    for j in range(zone.constraints.size):
+        zone.constraints[j] = zone.starts[j] - zone.constraints[j]
+
+
+@compiled
+def evaluate(zone, penalty):
+    """Gradient of L at x, `pushed`, and `Measures` of (x, max(l + mu c, 0)).
+
+    As multipliers that pair has max(l + mu c, 0), for which the gradient is what is missing
+    from stationarity; so the duality gap is error / 2 + products (SPEC section 8).
+    """
+    mu = zone.x.dtype.type(penalty)
+    inverse = zone.x.dtype.type(1.0 / penalty)
+    for i in range(zone.x.size):
+        zone.gradient[i] = zone.curvatures[i] * zone.x[i]
+    squares, products, shift_sq, largest_shift, violation_m = 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(zone.constraints.size):
+        c, rest = zone.constraints[j], zone.multipliers[j] * inverse
+        pushed = c + rest
+        zone.pushed[j] = pushed
+        violation_m = max(violation_m, c * zone.metres[j])
+        shift = min(-c, rest)
+        shift_sq += shift * shift
+        largest_shift = max(largest_shift, abs(shift))
+        squares -= rest * rest
+        if pushed > 0:
+            push = mu * pushed
+            squares += pushed * pushed
+            products += push * abs(c)
+            for k in range(4):
+                pull = push * zone.coefficients[j, k]
+                i = zone.nodes[j, k]
+                zone.gradient[i] -= pull * zone.normals[j, 0]
+                zone.gradient[i + 1] -= pull * zone.normals[j, 1]
+                zone.gradient[i + 2] -= pull * zone.normals[j, 2]
+    objective, error, gradient_sq, largest, pull = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(zone.x.size):
+        g, own = zone.gradient[i], zone.curvatures[i] * zone.x[i]
+        objective += own * zone.x[i]
+        gradient_sq += g * g
+        error += g * g / zone.curvatures[i]
+        largest, pull = max(largest, abs(g)), max(pull, abs(own))
+    return Measures(
+        0.5 * objective + 0.5 * penalty * squares,
+        0.5 * objective,
+        error,
+        gradient_sq,
+        largest,
+        pull,
+        products,
+        shift_sq,
+        largest_shift,
+        violation_m,
+    )
+
+
+@compiled
+def prepare_line(zone, penalty):
+    """A p, and of L along p: slope, curvature without that of active rows, and with it."""
+    slope, curvature, active = 0.0, 0.0, 0.0
+    for i in range(zone.x.size):
+        p = zone.direction[i]
+        slope += zone.gradient[i] * p
+        curvature += zone.curvatures[i] * p * p
+    row_products(zone, zone.direction, zone.along)
+    for j in range(zone.along.size):
+        if zone.pushed[j] > 0:
+            active += zone.along[j] * zone.along[j]
+    return slope, curvature, curvature + penalty * active
+
+
+@compiled
+def along_line(zone, penalty, slope, curvature, step):
+    """L(x + step p) - L(x), and the first two derivatives of L there.
+
+    The difference of two values of L loses a gradient below the square root of rounding.
+    Here all that comes to the slope at x is a sum of terms >= 0, with nothing cancelled:
+    a row active at both ends adds (step q)^2, q = A p, one that leaves t (2 step q - t),
+    t = c + l / mu, and one that enters (t - step q)^2, each times mu / 2.
+    """
+    value, rise, second = 0.0, 0.0, 0.0
+    for j in range(zone.pushed.size):
+        t, q = zone.pushed[j], zone.along[j]
+        move = step * q
+        if t > 0.0:
+            if t > move:
+                value += move * move
+                rise += move * q
+                second += q * q
+            else:
+                value += t * (2.0 * move - t)
+                rise += t * q
+        elif t > move:
+            value += (t - move) ** 2
+            rise += (move - t) * q
+            second += q * q
+    return (
+        step * (slope + 0.5 * curvature * step) + 0.5 * penalty * value,
+        slope + curvature * step + penalty * rise,
+        curvature + penalty * second,
+    )
+
+
+@compiled
+def update_multipliers(zone, penalty):
+    """Page eq. 9, clamped: l <- max(l + mu c, 0)."""
+    for j in range(zone.multipliers.size):
+        pushed = zone.constraints[j] * penalty + zone.multipliers[j]
+        zone.multipliers[j] = max(pushed, 0.0)
+
+
+@compiled
+def hessian_diagonal(zone, penalty):
+    """Diagonal of the generalised Hessian diag(w) + mu sum_active a a^T."""
+    mu = zone.x.dtype.type(penalty)
+    for i in range(zone.x.size):
+        zone.diagonal[i] = zone.curvatures[i]
+    for j in range(zone.pushed.size):
+        if zone.pushed[j] > 0:
+            for k in range(4):
+                i, a = zone.nodes[j, k], zone.coefficients[j, k]
                 for axis in range(3):
-                    unknowns_out[i, axis] -= step * gradient[i - first_vertex, axis]
-        for j in range(first_impact, last_impact):
-            c = constraint(j, nodes, coefficients, normals, rhs, unknowns_out)
-            multipliers_out[j] = max(multipliers_out[j] + mu * c, 0.0)
-    return parameters.max_iterations
+                    entry = a * zone.normals[j, axis]
+                    zone.diagonal[i + axis] += mu * entry * entry

@@ -33,14 +33,14 @@ def _sweep(first, nodes, coefficients, normals, s, diagonal, u, z):
 
 
 @compiled
-def _residuals(first, nodes, coefficients, normals, s, lengths, u, z):
+def _residuals(first, nodes, coefficients, normals, s, metres, u, z):
     """Largest violation [m], and the relative gap for z = C^T u."""
     violation, products, z_sq = 0.0, 0.0, 0.0
     for i in range(z.shape[0]):
         z_sq += z[i] * z[i]
     for j in range(u.shape[0]):
         missing = s[j] - row_dot(j, first, nodes, coefficients, normals, z)
-        violation = max(violation, missing * lengths[j])
+        violation = max(violation, missing * metres[j])
         products += u[j] * abs(missing)
     gap = products / (0.5 * z_sq) if z_sq > 0.0 else (0.0 if products == 0.0 else np.inf)
     return violation, gap
@@ -56,7 +56,7 @@ def sweeps(
     all_coefficients,
     all_normals,
     rhs,
-    all_lengths,
+    all_metres,
     accelerated,
     max_sweeps,
     gap_tolerance,
@@ -69,7 +69,7 @@ def sweeps(
 
     Args:
         all_nodes, all_coefficients, all_normals, rhs: as of `block_pivot`.
-        all_lengths: (n_impacts,) [kg^-1/2], of the rows before scaling.
+        all_metres: (n_impacts,) f8 [m], violation of a row of 1.
         accelerated: whether sweeps begin beyond the last one.
         max_sweeps: at most.
         gap_tolerance: relative duality gap to reach.
@@ -84,7 +84,7 @@ def sweeps(
     """
     rows = slice(begin, end)
     nodes, coefficients, normals = all_nodes[rows], all_coefficients[rows], all_normals[rows]
-    s, lengths, u = rhs[rows], all_lengths[rows], multipliers_out[rows]
+    s, metres, u = rhs[rows], all_metres[rows], multipliers_out[rows]
     z = z_out[first:last].reshape(3 * (last - first))
     diagonal, before = np.zeros_like(u), np.zeros_like(u)
     u[:] = 0.0
@@ -119,7 +119,7 @@ def sweeps(
         traced = number < trace_out.shape[0]
         if traced or number % INTERVAL == INTERVAL - 1 or number < INTERVAL:
             pull(first, nodes, coefficients, normals, u, z)  # rounding of the steps adds up
-            violation, gap = _residuals(first, nodes, coefficients, normals, s, lengths, u, z)
+            violation, gap = _residuals(first, nodes, coefficients, normals, s, metres, u, z)
             if traced:
                 trace_out[number, 0] = 0.0
                 for i in range(z.shape[0]):

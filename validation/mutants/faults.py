@@ -1,8 +1,9 @@
 """All faults, by stage."""
 
 from validation.mutants.faults_detection import DETECTION
+from validation.mutants.faults_lagrangian import LAGRANGIAN
 from validation.mutants.faults_path import PATHS
 from validation.mutants.faults_solve import SOLVERS
 from validation.mutants.faults_zones import ZONE
 
-FAULTS = [*DETECTION, *ZONE, *SOLVERS, *PATHS]
+FAULTS = [*DETECTION, *ZONE, *SOLVERS, *LAGRANGIAN, *PATHS]

@@ -1,0 +1,65 @@
+"""Limited-memory BFGS by the two-loop recursion.
+
+`zone.memory` holds `PAIRS` steps s, as many changes y of the gradient, and for each pair
+1 / (s . y) and the coefficient of the recursion.
+
+Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 7.4, eq. 7.20.
+"""
+
+from izo_ref._jit import compiled
+
+PAIRS = 8  # more gained nothing on random zones of 64 impacts, 4 took half as many steps more
+
+
+@compiled
+def remember_pair(zone, stored, rounding):
+    """Store s and y, held by `direction` and `previous`, if s . y > 0; the number stored."""
+    n, slot = zone.x.size, stored % PAIRS
+    product, s_sq, y_sq = 0.0, 0.0, 0.0
+    for i in range(n):
+        s, y = zone.direction[i], zone.previous[i]
+        zone.memory[slot * n + i] = s
+        zone.memory[(PAIRS + slot) * n + i] = y
+        product += s * y
+        s_sq += s * s
+        y_sq += y * y
+    # y is a difference of gradients: below this it is rounding, and so is its direction
+    if not product > rounding * (s_sq * y_sq) ** 0.5:
+        return stored
+    zone.memory[2 * PAIRS * n + slot] = 1.0 / product
+    return stored + 1
+
+
+@compiled
+def lbfgs_direction(zone, stored):
+    """p = -H g with H from the pairs stored; -g if there are none."""
+    n, memory, p = zone.x.size, zone.memory, zone.direction
+    rho, alpha = 2 * PAIRS * n, 2 * PAIRS * n + PAIRS
+    for i in range(n):
+        p[i] = -zone.gradient[i]
+        zone.previous[i] = zone.gradient[i]
+    oldest = max(0, stored - PAIRS)
+    for pair in range(stored - 1, oldest - 1, -1):
+        slot = pair % PAIRS
+        total = 0.0
+        for i in range(n):
+            total += memory[slot * n + i] * p[i]
+        memory[alpha + slot] = total * memory[rho + slot]
+        for i in range(n):
+            p[i] -= memory[alpha + slot] * memory[(PAIRS + slot) * n + i]
+    if stored > 0:
+        begin = (PAIRS + (stored - 1) % PAIRS) * n
+        y_sq = 0.0
+        for i in range(n):
+            y_sq += memory[begin + i] * memory[begin + i]
+        gamma = p.dtype.type(1.0 / (memory[rho + (stored - 1) % PAIRS] * y_sq))
+        for i in range(n):
+            p[i] *= gamma
+    for pair in range(oldest, stored):
+        slot = pair % PAIRS
+        total = 0.0
+        for i in range(n):
+            total += memory[(PAIRS + slot) * n + i] * p[i]
+        rest = p.dtype.type(memory[alpha + slot] - total * memory[rho + slot])
+        for i in range(n):
+            p[i] += rest * memory[slot * n + i]

@@ -1,0 +1,79 @@
+"""Faults of the augmented-Lagrangian methods: directions, line searches, loop, presets."""
+
+from validation.mutants.fault import ELSEWHERE, Fault
+
+DIRECTIONS = "tests/test_directions.py"
+SEARCHES = "tests/test_line_search.py"
+METHODS = "tests/test_methods.py"
+LOOP = "tests/test_descent.py"
+
+LAGRANGIAN = [
+    Fault(
+        "wolfe-slope-in-between",
+        "izo_ref/serial/line_search.py",
+        "            if not too_far and rise >= -wanted:\n",
+        "            between = along_line(zone, penalty, slope, curvature, 0.3 * step)[1]\n"
+        "            if exact and not too_far and rise >= -wanted:\n"
+        "                return step, change\n"
+        "            if not exact and enough and abs(between) <= wanted:\n",
+        "the curvature condition takes the gradient between the ends, as the page has it",
+        (SEARCHES,),
+        ELSEWHERE,
+    ),
+    Fault(
+        "newton-with-all-rows",
+        "izo_ref/serial/directions/newton.py",
+        "            if zone.pushed[j] > 0:\n",
+        "            if zone.coefficients[j, 0] == zone.coefficients[j, 0]:\n",
+        "the generalised Hessian takes rows that are not active",
+        (DIRECTIONS,),
+    ),
+    Fault(
+        "lbfgs-oldest-pair-first",
+        "izo_ref/serial/directions/lbfgs.py",
+        "    for pair in range(stored - 1, oldest - 1, -1):\n",
+        "    for pair in range(oldest, stored):\n",
+        "the first loop of the recursion goes from the oldest pair to the newest",
+        (DIRECTIONS,),
+    ),
+    Fault(
+        "omega-not-squared",
+        "izo_ref/serial/directions/chebyshev.py",
+        "    return 4.0 / (4.0 - rho * rho * omega)\n",
+        "    return 4.0 / (4.0 - rho * omega)\n",
+        "Chebyshev's recursion takes rho where its square belongs",
+        (DIRECTIONS, METHODS),
+    ),
+    Fault(
+        "cg-keeps-the-gradient-of-old-multipliers",
+        "izo_ref/serial/descent.py",
+        "            if learns and not idle:\n                learn(zone, settings)\n",
+        "",
+        "the change of the gradient is taken for the gradient: beta and pairs are wrong",
+        (LOOP, METHODS),
+    ),
+    Fault(
+        "stops-on-violation-alone",
+        "izo_ref/serial/descent.py",
+        "    gap = 0.5 * found.error + found.products\n",
+        "    gap = 0.0\n",
+        "a zone whose rows hold counts as solved, however far from the optimum",
+        (LOOP,),
+    ),
+    Fault(
+        "trace-in-scaled-units",
+        "izo_ref/serial/descent.py",
+        "                trace_out[iteration - 1, 0] = unit * found.objective\n",
+        "                trace_out[iteration - 1, 0] = found.objective\n",
+        "the trace has the objective as the scaled variables have it",
+        (LOOP,),
+    ),
+    Fault(
+        "preset-in-own-scaling",
+        "izo_ref/descent.py",
+        "        scale = np.add.reduceat(1.0 / free_masses, begin) / per_vertex\n",
+        "        scale = per_vertex / np.add.reduceat(free_masses, begin)\n",
+        "a preset's objective is over the mean of the masses, not of their inverses",
+        (METHODS,),
+    ),
+]
