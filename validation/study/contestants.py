@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csc_matrix, eye_array
 
-TOLERANCES = (1e-3, 1e-6, 1e-9, 1e-12)
+# 1e-10, because what is asked for 1e-9 often ends a little above
+TOLERANCES = (1e-3, 1e-6, 1e-8, 1e-10, 1e-12)
 DENSE_IMPACTS = 1024  # a dense library is given no more: 8 n m bytes, and n^3 operations
 EVERY = 1 << 30
 SLSQP_IMPACTS = 64  # it factors all rows in each iteration: 2 s for this many
@@ -153,7 +154,7 @@ def _osqp(zone, tolerance, limit_s):
     def call():
         solver = osqp.OSQP()
         solver.setup(quadratic, gradient, matrix, zone.rhs, upper, **settings)
-        return solver.solve()
+        return solver.solve(raise_error=False)
 
     def read(result):
         return Found(result.x, np.maximum(-result.y, 0.0), result.info.status)
@@ -234,8 +235,8 @@ LIBRARIES = (
     Contestant("PIQP", _piqp, TOLERANCES, EVERY),
     Contestant("PIQP dense", partial(_piqp, dense=True), TOLERANCES, PIQP_DENSE_IMPACTS),
     Contestant("ProxQP", _proxqp, TOLERANCES, DENSE_IMPACTS),
-    Contestant("OSQP", _osqp, TOLERANCES[:3], EVERY),
+    Contestant("OSQP", _osqp, TOLERANCES[:4], EVERY),
     Contestant("Clarabel", _clarabel, TOLERANCES, EVERY),
     Contestant("NNLS", _nnls, (1e-12,), DENSE_IMPACTS),
-    Contestant("SLSQP", _slsqp, TOLERANCES[:3], SLSQP_IMPACTS),
+    Contestant("SLSQP", _slsqp, TOLERANCES[:4], SLSQP_IMPACTS),
 )

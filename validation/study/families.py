@@ -76,36 +76,38 @@ def synthetic() -> list[Family]:
     return families
 
 
+RECORDED = {
+    "armadillo-first": "of a step of a soft body between rollers, many rows redundant",
+    "armadillo-last": "the same at the end of the step, nearly twice as large",
+    "end-sheets-10k": "the largest zones in which the step sheets-10k ends",
+    "end-crumple-10k": "the largest zones in which the step crumple-10k ends",
+}
+
+
 def recorded() -> list[Family]:
     """Families of the step files: zones that came up in steps; none without the files."""
     families = []
-    for name in ("zone-armadillo-first", "zone-armadillo-last"):
-        if (steps.FOLDER / f"{name}.npz").is_file():
-            says = "of a step of a soft body between rollers, masses equal, many rows redundant"
-            size = len(steps.load(name)["nodes"])
-            short = name.removeprefix("zone-")
-            families.append(
-                Family(short, "armadillo", size, says, lambda _, name=name: _file(name), 1)
-            )
-    for name in ("sheets-10k", "crumple-10k"):
-        if (steps.FOLDER / f"{name}.npz").is_file():
-            says = f"the largest zones in which the step {name} ends"
-            count, size = _ends(name)
-            families.append(
-                Family(
-                    f"end-{name}", name, size, says, lambda n, name=name: step_zones(name)[n], count
-                )
-            )
+    for name in ("armadillo-first", "armadillo-last"):
+        file = f"zone-{name}"
+        if (steps.FOLDER / f"{file}.npz").is_file():
+            size = len(steps.load(file)["nodes"])
+
+            def made(_, file=file):
+                return ZoneProblem(**steps.load(file))
+
+            families.append(Family(name, "armadillo", size, RECORDED[name], made, 1))
+    for step in ("sheets-10k", "crumple-10k"):
+        if (steps.FOLDER / f"{step}.npz").is_file():
+            name, problems = f"end-{step}", step_zones(step)
+            size = int(np.median([len(problem.nodes) for problem in problems]))
+            made = problems.__getitem__
+            families.append(Family(name, name, size, RECORDED[name], made, len(problems)))
     return families
 
 
-def _file(name):
-    return ZoneProblem(**steps.load(name))
-
-
-def _ends(name):
-    problems = step_zones(name)
-    return len(problems), int(np.median([len(problem.nodes) for problem in problems]))
+def descriptions() -> dict[str, str]:
+    """{name: what it is}, of all families, whether there are step files or not."""
+    return {family.name: family.says for family in synthetic()} | RECORDED
 
 
 @cache
