@@ -92,7 +92,7 @@ def _dual(family, quick):
         else:
             tolerances = (*TOLERANCES, 1e-12)
         for tolerance in tolerances:
-            for mode, threads in _modes(family, quick):
+            for mode, threads in _modes(family, method, quick):
                 cells.append(
                     Cell(family.name, method, tolerance=tolerance, mode=mode, threads=threads)
                 )
@@ -103,9 +103,11 @@ def _dual(family, quick):
     return cells
 
 
-def _modes(family, quick):
+def _modes(family, method, quick):
     """(mode, threads) in which a dual method is timed."""
-    small, large = family.size <= BATCH_IMPACTS, family.size >= LARGE_IMPACTS
+    # the interior point takes zones one by one, however many a call has
+    small = family.size <= BATCH_IMPACTS and method != "interior-point"
+    large = family.size >= LARGE_IMPACTS
     modes = []
     for threads in thread_counts():
         if threads == 1 or large:
