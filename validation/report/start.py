@@ -124,7 +124,8 @@ def _tile(name, headline):
     return (
         f'<div><div class="label">{html.escape(label)}</div>'
         f'<div class="value">{html.escape(value)}</div>'
-        f'<p class="said">{html.escape(said)} <a href="{name}.html">{site.PAGES[name]}</a></p></div>'
+        f'<p class="said">{html.escape(said)} '
+        f'<a href="{name}.html">{site.PAGES[name]}</a></p></div>'
     )
 
 
