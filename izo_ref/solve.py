@@ -10,7 +10,7 @@ from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.rows import SystemSolution, scaled_rows
 from izo_ref.serial.active_set import INFEASIBLE, SOLVED
-from izo_ref.zones import ZoneSystem
+from izo_ref.zones import ZoneSystem, problem_system
 
 
 def solve_system(system: ZoneSystem, options: Options) -> SystemSolution:
@@ -173,24 +173,12 @@ def solve_zone(
         feasible = judged.feasible(tolerance)
         still = np.zeros_like(problem.targets)
         return ZoneSolution(problem.targets.copy(), still, nothing, judged, method, 0, feasible)
-    order = np.argsort(pinned, kind="stable")
-    place = np.empty(len(order), np.int32)
-    place[order] = np.arange(len(order))
-    system = ZoneSystem(
-        np.array([0, len(problem.nodes)]),
-        np.array([0, np.count_nonzero(~pinned)]),
-        place[problem.nodes],
-        problem.weights,
-        problem.normals,
-        problem.targets[order],
-        problem.masses[order],
-        problem.thickness,
-    )
+    system, places = problem_system([problem])
     solution = solve_system(system, options)
-    positions = solution.positions[place]
+    positions = solution.positions[places]
     return ZoneSolution(
         positions,
-        solution.displacements[place],
+        solution.displacements[places],
         solution.multipliers,
         residuals(problem, positions, solution.multipliers),
         str(solution.methods[0]),

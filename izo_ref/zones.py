@@ -114,6 +114,40 @@ def zone_system(scene, impacts: Impacts, zones: Zones, chosen, thickness: float)
     )
 
 
+def problem_system(problems) -> tuple[ZoneSystem, np.ndarray]:
+    """Problems that share no vertex side by side, as the zones of a step are.
+
+    Args:
+        problems: `ZoneProblem`s of the same thickness, each with a vertex that is not pinned
+            and an impact.
+
+    Returns:
+        `ZoneSystem`, and (n,) i8: where in the system each vertex of the problems is, one
+        problem after the other.
+    """
+    sizes = np.array([len(problem.masses) for problem in problems])
+    masses = np.concatenate([problem.masses for problem in problems])
+    pinned = np.isinf(masses)
+    order = np.argsort(pinned, kind="stable")
+    places = np.empty(len(order), np.int64)
+    places[order] = np.arange(len(order))
+    firsts = np.cumsum(sizes) - sizes
+    free = np.add.reduceat(~pinned, firsts)
+    counts = [len(problem.nodes) for problem in problems]
+    nodes = np.concatenate([p.nodes + first for p, first in zip(problems, firsts, strict=True)])
+    system = ZoneSystem(
+        np.concatenate(([0], np.cumsum(counts))),
+        np.concatenate(([0], np.cumsum(free))),
+        places[nodes].astype(np.int32),
+        np.concatenate([problem.weights for problem in problems]),
+        np.concatenate([problem.normals for problem in problems]),
+        np.concatenate([problem.targets for problem in problems])[order],
+        masses[order],
+        problems[0].thickness,
+    )
+    return system, places
+
+
 def members(values, offsets, chosen):
     """The blocks chosen, one after the other, and where each begins."""
     counts = np.diff(offsets)[chosen]

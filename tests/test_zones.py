@@ -2,10 +2,12 @@ import numpy as np
 import pytest
 
 import izo_ref
+from izo_ref.options import Options
+from izo_ref.solve import solve_system
 from izo_ref.types import Impacts
-from izo_ref.zones import zone_system
+from izo_ref.zones import problem_system, zone_system
 from tests.naive.groups import components
-from tests.shapes import two_sheets
+from tests.shapes import random_problem, two_sheets
 
 
 class Vertices:
@@ -81,3 +83,12 @@ def test_one_problem_or_all_side_by_side_are_the_same(rng):
         np.testing.assert_array_equal(problem.weights, system.weights[rows])
         pinned = scene.pinned[impacts.nodes[zones.impacts_of(z)]]
         assert (np.isinf(problem.masses[problem.nodes]) == pinned).all()
+
+
+def test_problems_side_by_side_are_solved_as_each_alone(rng):
+    problems = [random_problem(rng, n) for n in (1, 5, 20)]
+    problems[1].masses[2] = np.inf
+    system, places = problem_system(problems)
+    together = solve_system(system, Options())
+    alone = [izo_ref.solve_zone(p).displacements for p in problems]
+    np.testing.assert_array_equal(together.displacements[places], np.concatenate(alone))
