@@ -4,7 +4,6 @@ import hashlib
 import io
 import math
 import re
-from contextlib import contextmanager
 
 INK, GRID = "#222222", "#e2e2e2"
 # Of different lightness, dark ones first; after M. Okabe, K. Ito, Color Universal Design (2008).
@@ -51,11 +50,11 @@ def new(width=8.0, height=4.5, ncols=1, nrows=1, **kwargs):
     Returns:
         Figure, and one axes or an array of them.
     """
-    with _settings():
-        from matplotlib.figure import Figure
+    from matplotlib.figure import Figure
 
-        figure = Figure((width, height), layout="constrained")
-        return figure, figure.subplots(nrows, ncols, **kwargs)
+    _set_up()
+    figure = Figure((width, height), layout="constrained")
+    return figure, figure.subplots(nrows, ncols, **kwargs)
 
 
 def style(i) -> dict:
@@ -96,17 +95,15 @@ def legend_below(figure, axes, ncols=4):
         handles, labels = ax.get_legend_handles_labels()
         found |= dict(zip(labels, handles, strict=True))
     if found:
-        with _settings():
-            figure.legend(
-                found.values(), found.keys(), loc="outside lower left", ncols=min(ncols, len(found))
-            )
+        ncols = min(ncols, len(found))
+        figure.legend(found.values(), found.keys(), loc="outside lower left", ncols=ncols)
 
 
 def svg(figure) -> str:
     """The figure as an element of a page, as wide as there is room; the same for equal input."""
     out = io.StringIO()
-    with _settings():
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+    _set_up()
+    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
@@ -128,9 +125,7 @@ def svg(figure) -> str:
     )
 
 
-@contextmanager
-def _settings():
+def _set_up():
     import matplotlib
 
-    with matplotlib.rc_context(SETTINGS):
-        yield
+    matplotlib.rcParams.update(SETTINGS)

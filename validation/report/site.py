@@ -64,17 +64,32 @@ def figure(svg, caption, run_ids) -> str:
     """A plot with its caption and what made it.
 
     Args:
-        svg: as of `plots.svg`.
+        svg: as of `plots.svg`, or of `panels`.
         caption: plain text; also what a screen reader says.
         run_ids: of `run_ids`; `write_page` tells them under the caption.
     """
     label = html.escape(caption, quote=True)
-    svg = svg.replace('role="img"', f'role="img" aria-label="{label}"', 1)
+    if "aria-label" not in svg:  # panels have their own
+        svg = svg.replace('role="img"', f'role="img" aria-label="{label}"', 1)
     ids = " ".join(map(str, run_ids))
     return (
         f'<figure>\n<div class="scroll" tabindex="0" role="group" aria-label="Plot">\n{svg}\n'
         f"</div>\n<figcaption>{html.escape(caption)}\n<!--origin {ids}--></figcaption>\n</figure>"
     )
+
+
+def panels(svgs, labels) -> str:
+    """Plots side by side where there is room, for `figure`.
+
+    Args:
+        svgs: as of `plots.svg`.
+        labels: plain text for a screen reader, one each.
+    """
+    named = (
+        svg.replace('role="img"', f'role="img" aria-label="{html.escape(label, quote=True)}"', 1)
+        for svg, label in zip(svgs, labels, strict=True)
+    )
+    return '<div class="panels">\n' + "\n".join(named) + "\n</div>"
 
 
 def data_table(columns, rows, caption="") -> str:
@@ -167,6 +182,8 @@ th button { font: inherit; font-weight: 600; color: inherit; background: none; b
 th button::after { content: "\\2195"; color: #aaa; padding-left: .3em; }
 th[aria-sort=ascending] button::after { content: "\\2191"; color: #222; }
 th[aria-sort=descending] button::after { content: "\\2193"; color: #222; }
+.panels { display: grid; grid-template-columns: repeat(auto-fill, minmax(18rem, 1fr));
+  gap: .5rem 1rem; }
 figure { margin: 1rem 0 1.8rem; }
 figcaption { font-size: .9rem; color: #555; max-width: 46rem; }
 details { margin: .5rem 0; }
