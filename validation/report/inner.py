@@ -11,6 +11,7 @@ from validation.study.cells import BATCH, BATCH_IMPACTS, LARGE_IMPACTS
 from validation.study.contestants import DENSE_IMPACTS, PIQP_DENSE_IMPACTS, SLSQP_IMPACTS
 from validation.study.families import descriptions
 from validation.study.own import DIRECTIONS
+from validation.study.truth import PROVED_IMPACTS
 
 MS = 1e3  # milliseconds in a second
 
@@ -282,8 +283,9 @@ def _limits(measured):
         "quadprog and NNLS have no tolerance: one point each. A tolerance of a library is of its "
         "own residuals in scaled variables; what counts here is what ours say.",
         "The distance is to the exact optimum up to 64 impacts; above, an upper bound: the "
-        "distance to our answer at 1e-12 and the proved error of that. Where rows are redundant "
-        "the proof is worth some 1e-7.",
+        "distance to our answer at 1e-12 and the proved error of that; where rows are redundant "
+        f"the proof is worth some 1e-7. Above {PROVED_IMPACTS} impacts that error is what the "
+        "duality gap says, not proved.",
         "A library's time is that of one zone a call from Python; from C it would be less on "
         "zones of a few impacts.",
         "Threads are Numba's; what libraries and BLAS start by themselves is not held back.",

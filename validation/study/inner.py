@@ -30,7 +30,7 @@ class Limits(NamedTuple):
     problems: int  # at most, of methods that count steps
 
 
-FULL = Limits(call_s=20.0, cell_s=2.0, repeats_s=0.3, repeats=5, visits=2e7, problems=3)
+FULL = Limits(call_s=20.0, cell_s=2.0, repeats_s=0.1, repeats=5, visits=2e7, problems=3)
 QUICK = Limits(call_s=0.5, cell_s=0.2, repeats_s=0.02, repeats=3, visits=5e6, problems=2)
 
 
