@@ -51,9 +51,9 @@ def steps_rows(folder):
     rows.add(step="bad", **outer.DEFAULT._asdict(), **failed)
 
 
-@pytest.fixture
-def report(tmp_path):
-    folder = tmp_path / "report"
+@pytest.fixture(scope="module")
+def report(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("report")
     begin_run(folder / "rows", "python -m validation report", False)
     sizes_rows(folder / "rows")
     steps_rows(folder / "rows")
