@@ -33,7 +33,9 @@ class ScaledRows(NamedTuple):
 def scaled_rows(system: ZoneSystem) -> ScaledRows:
     """z_i = sqrt(m_i) (x_i - y_i), and each row of the constraints over its length."""
     n = len(system.nodes)
-    coefficients, rhs, lengths = np.empty((n, 4)), np.empty(n), np.empty(n)
+    rows = ScaledRows(
+        np.empty((n, 4), np.int32), np.empty((n, 4)), np.empty(n), np.empty(n), np.empty(n, bool)
+    )
     kernels.scaled_rows(
         system.nodes,
         system.weights,
@@ -41,13 +43,6 @@ def scaled_rows(system: ZoneSystem) -> ScaledRows:
         system.targets,
         1.0 / np.sqrt(system.masses),
         system.thickness,
-        coefficients,
-        rhs,
-        lengths,
+        *rows,
     )
-    empty = lengths == 0.0
-    hopeless = empty & (rhs > 0.0)
-    rhs[empty] = -system.thickness  # satisfied, and in nobody's way
-    lengths[empty] = 1.0
-    unknowns = np.where(system.nodes < system.vertex_offsets[-1], system.nodes, -1)
-    return ScaledRows(unknowns.astype(np.int32), coefficients, rhs, lengths, hopeless)
+    return rows

@@ -5,8 +5,8 @@ import math
 from numba import prange
 
 from izo_ref._jit import cpu_kernel, light_kernel
-from izo_ref.serial.active_set import active_set
 from izo_ref.serial.lagrangian import lagrangian_descent
+from izo_ref.serial.small_zone import solve_small_zone
 
 
 @light_kernel
@@ -19,59 +19,74 @@ def scaled_rows(
     inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
     thickness,  # f8  [m]
     # Out:
+    unknowns_out,  # (n_impacts, 4) i4, as nodes; -1 for pinned
     coefficients_out,  # (n_impacts, 4) f8, unit length in each row
-    rhs_out,  # (n_impacts,) f8  [m kg^1/2]; thickness - gap [m] where the length is 0
-    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 0: no unknowns
+    rhs_out,  # (n_impacts,) f8  [m kg^1/2]
+    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if there was none
+    hopeless_out,  # (n_impacts,) b1, violated and without unknowns
 ):
     for j in prange(nodes.shape[0]):
         length_sq = 0.0
         normal_sq = 0.0
         gap = 0.0
         for k in range(4):
-            coefficient = weights[j, k] * inverse_sqrt_masses[nodes[j, k]]
+            node = nodes[j, k]
+            coefficient = weights[j, k] * inverse_sqrt_masses[node]
+            unknowns_out[j, k] = node if inverse_sqrt_masses[node] > 0.0 else -1
             coefficients_out[j, k] = coefficient
             length_sq += coefficient * coefficient
             for axis in range(3):
                 # relative to the first node: weights sum to zero
-                arm = targets[nodes[j, k], axis] - targets[nodes[j, 0], axis]
+                arm = targets[node, axis] - targets[nodes[j, 0], axis]
                 gap += weights[j, k] * normals[j, axis] * arm
         for axis in range(3):
             normal_sq += normals[j, axis] * normals[j, axis]
-        lengths_out[j] = math.sqrt(length_sq * normal_sq)
-        rhs_out[j] = thickness - gap
-        if lengths_out[j] > 0.0:
-            rhs_out[j] /= lengths_out[j]
+        length = math.sqrt(length_sq * normal_sq)
+        hopeless_out[j] = length == 0.0 and gap < thickness
+        if length > 0.0:
+            lengths_out[j] = length
+            rhs_out[j] = (thickness - gap) / length
             for k in range(4):
-                coefficients_out[j, k] /= lengths_out[j]
+                coefficients_out[j, k] /= length
+        else:  # satisfied, and in nobody's way
+            lengths_out[j] = 1.0
+            rhs_out[j] = -thickness
 
 
 @cpu_kernel
-def solve_active_set(
+def solve_small_zones(
     # In:
     zones,  # (n,) i8, those to solve
+    methods,  # (n,) i1, of serial/small_zone.py, to try first
     impact_offsets,  # (n_zones + 1,) i8
     vertex_offsets,  # (n_zones + 1,) i8
-    nodes,  # (n_impacts, 4) i4, into the unknowns, zone by zone; -1 for pinned
+    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
     coefficients,  # (n_impacts, 4) f8
     normals,  # (n_impacts, 3) f8
     rhs,  # (n_impacts,) f8  [m kg^1/2]
+    lengths,  # (n_impacts,) f8  [kg^-1/2]
+    limits,  # Limits, of serial/small_zone.py
     # Out:
     multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
     z_out,  # (n_unknowns, 3) f8  [m kg^1/2]
-    statuses_out,  # (n_zones,) i1, of serial/active_set.py
+    methods_out,  # (n_zones,) i1, the last that was tried
+    solved_out,  # (n_zones,) b1, to the limits
     steps_out,  # (n_zones,) i4
 ):
     for i in prange(zones.shape[0]):
         zone = zones[i]
-        statuses_out[zone], steps_out[zone] = active_set(
+        methods_out[zone], solved_out[zone], steps_out[zone] = solve_small_zone(
+            methods[i],
             impact_offsets[zone],
             impact_offsets[zone + 1],
             vertex_offsets[zone],
             vertex_offsets[zone + 1],
-            nodes,
+            unknowns,
             coefficients,
             normals,
             rhs,
+            lengths,
+            limits,
             multipliers_out,
             z_out,
         )

@@ -22,40 +22,24 @@ import math
 import numpy as np
 
 from izo_ref._jit import compiled
-
-SOLVED = 0
-INFEASIBLE = 1
-NOT_CONVERGED = 2
+from izo_ref.serial.rows import (
+    INFEASIBLE,
+    NOT_CONVERGED,
+    ROUNDING,
+    SOLVED,
+    add_row,
+    pull,
+    row_dot,
+    size_of_row,
+    violations,
+)
 
 # Distance of a unit row from the span of the active ones, below which it counts as in it.
 # Rounding leaves some 1e-15 where it is zero.
 DEPENDENT = 1e-13
-# Violation that counts as none, over the sizes of the terms of s - C z: the rounding of both.
-# Of each row for itself: at a mass ratio of 1e12 the rhs of rows differ by 1e6.
-ROUNDING = 4e-15
-
-
-@compiled
-def _add_row(scale, row, first, nodes, coefficients, normals, z):
-    """z += scale * row, the row written out in full."""
-    for k in range(4):
-        if nodes[row, k] >= 0:
-            for axis in range(3):
-                z[3 * (nodes[row, k] - first) + axis] += (
-                    scale * coefficients[row, k] * normals[row, axis]
-                )
-
-
-@compiled
-def _row_dot(row, first, nodes, coefficients, normals, z):
-    value = 0.0
-    for k in range(4):
-        if nodes[row, k] >= 0:
-            at = 3 * (nodes[row, k] - first)
-            value += coefficients[row, k] * (
-                normals[row, 0] * z[at] + normals[row, 1] * z[at + 1] + normals[row, 2] * z[at + 2]
-            )
-    return value
+# Of rows that are guessed to be active: nearly dependent ones wait for their turn, since
+# multipliers of both signs on them would throw the guess away.
+GUESSED_DEPENDENT = 1e-6
 
 
 @compiled
@@ -66,9 +50,9 @@ def _project(row, first, nodes, coefficients, normals, basis, q, r, rest):
     """
     for i in range(rest.shape[0]):
         rest[i] = 0.0
-    _add_row(1.0, row, first, nodes, coefficients, normals, rest)
+    add_row(1.0, row, first, nodes, coefficients, normals, rest)
     for k in range(q):
-        r[k] = _row_dot(row, first, nodes, coefficients, normals, basis[k])
+        r[k] = row_dot(row, first, nodes, coefficients, normals, basis[k])
     for k in range(q):
         for i in range(rest.shape[0]):
             rest[i] -= r[k] * basis[k, i]
@@ -134,39 +118,16 @@ def _drop_row(factor, basis, q, row):
 
 
 @compiled
-def _residuals(first, nodes, coefficients, normals, rhs, u, z, violation):
-    """z = C^T u and violation = s - C z."""
-    for i in range(z.shape[0]):
-        z[i] = 0.0
-    for j in range(rhs.shape[0]):
-        if u[j] != 0.0:
-            _add_row(u[j], j, first, nodes, coefficients, normals, z)
-    _violations(first, nodes, coefficients, normals, rhs, z, violation)
-
-
-@compiled
-def _violations(first, nodes, coefficients, normals, rhs, z, violation):
-    """violation = s - C z."""
-    for j in range(rhs.shape[0]):
-        violation[j] = rhs[j] - _row_dot(j, first, nodes, coefficients, normals, z)
-
-
-@compiled
 def _most_violated(first, nodes, coefficients, rhs, z, violation, is_active):
     """The row that is violated most, by more than its rounding; -1 if none is."""
     worst = -1
     for j in range(violation.shape[0]):
         if is_active[j] or not violation[j] > 0.0:
             continue
-        if worst < 0 or violation[j] > violation[worst]:
-            size = abs(rhs[j])
-            for k in range(4):
-                if nodes[j, k] >= 0:
-                    at = 3 * (nodes[j, k] - first)
-                    z_sq = z[at] * z[at] + z[at + 1] * z[at + 1] + z[at + 2] * z[at + 2]
-                    size += abs(coefficients[j, k]) * math.sqrt(z_sq)
-            if violation[j] > ROUNDING * size:
-                worst = j
+        if worst >= 0 and not violation[j] > violation[worst]:
+            continue
+        if violation[j] > ROUNDING * size_of_row(j, first, nodes, coefficients, rhs, z):
+            worst = j
     return worst
 
 
@@ -212,6 +173,59 @@ def _onto_rows(factor, basis, active, q, violation, r, z):
 
 
 @compiled
+def _start(first, nodes, coefficients, normals, rhs, u, active, is_active, factor, basis, rest, r):
+    """Make the rows with u > 0 active, as far as multipliers stay positive; returns how many.
+
+    Any set whose multipliers are positive will do to go on from.
+    """
+    q = np.int64(0)
+    for j in range(u.shape[0]):
+        if u[j] > 0.0 and q < basis.shape[0] - 1:
+            distance = _project(j, first, nodes, coefficients, normals, basis, q, r, rest)
+            if distance > GUESSED_DEPENDENT:
+                q = _append(j, distance, q, active, is_active, factor, basis, rest, r)
+    worst = 0
+    while q > 0 and worst >= 0:
+        for k in range(q):
+            r[k] = rhs[active[k]]
+        _solve_lower(factor, q, r)
+        _solve_upper(factor, q, r)
+        worst = -1
+        for k in range(q):
+            if r[k] <= 0.0 and (worst < 0 or r[k] < r[worst]):
+                worst = k
+        if worst >= 0:
+            q = _remove(worst, q, active, is_active, factor, basis)
+    u[:] = 0.0
+    for k in range(q):
+        u[active[k]] = r[k]
+    return q
+
+
+@compiled
+def _append(row, distance, q, active, is_active, factor, basis, rest, r):
+    """A row becomes active: r and rest as `_project` left them; returns the new count."""
+    for k in range(q):
+        factor[q, k] = r[k]
+    factor[q, q] = distance
+    for i in range(rest.shape[0]):
+        basis[q, i] = rest[i] / distance
+    active[q] = row
+    is_active[row] = True
+    return q + 1
+
+
+@compiled
+def _remove(place, q, active, is_active, factor, basis):
+    """The active row at a place leaves; returns the new count."""
+    is_active[active[place]] = False
+    _drop_row(factor, basis, q, place)
+    for k in range(place, q - 1):
+        active[k] = active[k + 1]
+    return q - 1
+
+
+@compiled
 def active_set(
     begin,
     end,
@@ -231,7 +245,8 @@ def active_set(
         all_coefficients: (n_impacts, 4) f8; with the normals, unit rows.
         all_normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8, s.
-        multipliers_out: (n_impacts,) f8, u; begin..end are written.
+        multipliers_out: (n_impacts,) f8, u; begin..end are written. On entry, positive ones
+            are a guess of which rows are active.
         z_out: (n_unknowns, 3) f8; first..last are written.
 
     Returns:
@@ -246,23 +261,26 @@ def active_set(
     basis = np.empty((min(n, size) + 1, size))
     rest = np.empty(size)
     z = z_out[first:last].reshape(size)
-    z[:] = 0.0
     active = np.empty(n, np.int64)
     is_active = np.zeros(n, np.bool_)
-    violation = s.copy()
+    violation = np.empty(n)
     r = np.empty(n)
-    u[:] = 0.0
-    q = np.int64(0)  # typed: a literal 0 would be compiled for a second time
+    q = _start(first, nodes, coefficients, normals, s, u, active, is_active, factor, basis, rest, r)
+    pull(first, nodes, coefficients, normals, u, z)
+    violations(first, nodes, coefficients, normals, s, z, violation)
+    _onto_rows(factor, basis, active, q, violation, r, z)
+    violations(first, nodes, coefficients, normals, s, z, violation)
     steps = 0
     while True:
         p = _most_violated(first, nodes, coefficients, s, z, violation, is_active)
         if p < 0:
             for _ in range(2):
-                _residuals(first, nodes, coefficients, normals, s, u, z, violation)
+                pull(first, nodes, coefficients, normals, u, z)
+                violations(first, nodes, coefficients, normals, s, z, violation)
                 _refine(factor, active, q, u, violation, r)
             for _ in range(2):
                 _onto_rows(factor, basis, active, q, violation, r, z)
-                _violations(first, nodes, coefficients, normals, s, z, violation)
+                violations(first, nodes, coefficients, normals, s, z, violation)
             return SOLVED, steps
         added = False
         while not added:
@@ -282,20 +300,15 @@ def active_set(
                 u[active[k]] -= step * r[k]
             u[p] += step
             if step == full:
-                factor[q, q] = distance
-                for i in range(size):
-                    basis[q, i] = rest[i] / distance
-                active[q] = p
-                is_active[p] = True
-                q += 1
+                # r is solved for by now, and the factor's new row is in place
+                for k in range(q):
+                    r[k] = factor[q, k]
+                q = _append(p, distance, q, active, is_active, factor, basis, rest, r)
                 added = True
             else:
                 u[active[place]] = 0.0
-                is_active[active[place]] = False
-                _drop_row(factor, basis, q, place)
-                for k in range(place, q - 1):
-                    active[k] = active[k + 1]
-                q -= 1
-            _residuals(first, nodes, coefficients, normals, s, u, z, violation)
+                q = _remove(place, q, active, is_active, factor, basis)
+            pull(first, nodes, coefficients, normals, u, z)
+            violations(first, nodes, coefficients, normals, s, z, violation)
             _onto_rows(factor, basis, active, q, violation, r, z)
-            _violations(first, nodes, coefficients, normals, s, z, violation)
+            violations(first, nodes, coefficients, normals, s, z, violation)

@@ -7,6 +7,7 @@ RESIDUALS = "tests/test_problem.py"
 CAUGHT = "tests/test_caught.py"
 EVERY_SET = "tests/test_solve.py::test_against_every_active_set"
 CERTIFIED = "tests/test_solve.py::test_random_zones_are_certified"
+POINTLESS = "tests/validation/test_zones.py::test_zones_without_a_point_are_found_to_have_none"
 THREADS = "tests/test_resolve.py::test_same_bits_with_one_thread_and_with_two"
 
 SOLVERS = [
@@ -86,6 +87,38 @@ SOLVERS = [
         "            factor[k, i + 1] = c * b + s * a\n",
         "the Cholesky factor is wrong after a row left",
         (CERTIFIED, SOLVE),
+    ),
+    Fault(
+        "guess-with-negative-multipliers",
+        "izo_ref/serial/active_set.py",
+        "            if r[k] <= 0.0 and (worst < 0 or r[k] < r[worst]):\n",
+        "            if r[k] <= -1e30 and (worst < 0 or r[k] < r[worst]):\n",
+        "the active set starts from rows that pull",
+        (POINTLESS,),
+    ),
+    Fault(
+        "block-pivot-believes-itself",
+        "izo_ref/serial/block_pivot.py",
+        "    return (SOLVED if holds else NOT_CONVERGED), factorizations\n",
+        "    return SOLVED, factorizations\n",
+        "block pivoting does not look whether rows hold where they are nearly dependent",
+        (POINTLESS,),
+    ),
+    Fault(
+        "gram-of-coefficients-only",
+        "izo_ref/serial/block_pivot.py",
+        "                gram[i, j] += own * coefficients[j, entry & 3] * cosine\n",
+        "                gram[i, j] += own * coefficients[j, entry & 3]\n",
+        "the Gram matrix forgets the angle between normals",
+        ("tests/test_block_pivot.py", CERTIFIED),
+    ),
+    Fault(
+        "last-pivots-not-updated",
+        "izo_ref/serial/dense.py",
+        "            for q in range(k, k + width):\n",
+        "            for q in range(k, k + width - 1):\n",
+        "of the last pivots, fewer than four, one does not reach the rows below",
+        ("tests/test_dense.py",),
     ),
     Fault(
         "interior-point-stops-early",

@@ -73,8 +73,8 @@ ZONE = [
     Fault(
         "thickness-ignored",
         "izo_ref/cpu/zones.py",
-        "        rhs_out[j] = thickness - gap\n",
-        "        rhs_out[j] = -gap\n",
+        "            rhs_out[j] = (thickness - gap) / length\n",
+        "            rhs_out[j] = -gap / length\n",
         "zones are solved for a gap of zero",
         (BY_HAND,),
     ),

@@ -9,6 +9,7 @@ from validation.study.convergence import KEYS, POINTS
 from validation.study.own import DIRECTIONS, FIRST_ORDER, LINE_SEARCHES
 
 LEAST = 1e-16  # what is smaller is drawn here
+WHEN = {"every-step": "every step", "inner-solve": "after an inner solve"}
 
 
 def page(rows_folder, output) -> Path:
@@ -60,8 +61,9 @@ def headlines(rows_folder) -> list[tuple[str, str, str]]:
         (
             "Fewest steps of a direction",
             f"{best['steps']}",
-            f"{best['method']} with {best['line_search']} line search, on {name}, to a distance "
-            f"of {best['error']:.1e}; {len(close)} of {len(curves)} curves come within 1e-6.",
+            f"{best['method']} with {best['line_search']} line search, multipliers updated "
+            f"{WHEN[best['update']]}, on {name}, to a distance of {best['error']:.1e} from the "
+            f"optimum; {len(close)} of {len(curves)} curves come within 1e-6.",
         )
     ]
 
@@ -96,7 +98,7 @@ def _zone(zones, name):
         "largest violation over the thickness; by steps. A violated point can lie below the "
         "optimum: absolute values are drawn. Others: directions with an inner solve between "
         "updates of the multipliers (exact line search), and projected Gauss-Seidel. "
-        f"Of each curve at most {POINTS} points are kept; the mark is where it ends."
+        f"Of each curve at most {POINTS} points are kept; the last mark is where it ends."
     )
     columns = {
         "method": "method",
@@ -119,7 +121,8 @@ def _zone_plot(panels):
     names = (*DIRECTIONS, *FIRST_ORDER)
     for (title, curves), (above, below) in zip(panels.items(), axes.T, strict=True):
         for method, points in curves:
-            look = plots.style(names.index(method)) | {"markersize": 5}
+            number = names.index(method)
+            look = plots.style(number) | {"markersize": 5}
             for ax, column in ((above, "excess"), (below, "violation")):
                 drawn = [row for row in points if row.get(column) is not None and row["step"] > 0]
                 if drawn:
@@ -127,7 +130,8 @@ def _zone_plot(panels):
                         [row["step"] for row in drawn],
                         [max(abs(row[column]), LEAST) for row in drawn],
                         label=method,
-                        markevery=[len(drawn) - 1],
+                        # each elsewhere: some curves lie on one another
+                        markevery=[*range(9 * number, len(drawn) - 1, 60), len(drawn) - 1],
                         **look,
                     )
         for ax in (above, below):

@@ -2,7 +2,7 @@
 
 from validation.rows import read
 from validation.study.cells import BATCH_IMPACTS, Cell
-from validation.study.own import DIRECTIONS, DUAL, FIRST_ORDER, PRESETS
+from validation.study.own import DIRECTIONS, DUAL
 
 FIXED = tuple(method for method in DUAL if method != "auto")
 PARETO = 1.2  # within 20 % of the fastest
@@ -60,15 +60,11 @@ class Measured:
 
     def fixed(self, family, tolerance):
         """{method: fastest row or None}, of each choice but the default."""
-        found = {
-            method: self.own(family, tolerance, solver=method, precision="float64")
-            for method in FIXED
-        }
-        # of the augmented Lagrangian one zone alone is timed
-        for direction in DIRECTIONS:
-            found[direction] = self.best(
-                family, tolerance, "alone", solver=direction, precision="float64"
-            )
+        found = {}
+        for method in (*FIXED, *DIRECTIONS):
+            # many zones a call are timed only of methods that gain by it
+            mode = "alone" if method in (*DIRECTIONS, "interior-point") else None
+            found[method] = self.own(family, tolerance, mode, solver=method, precision="float64")
         return found
 
 
@@ -161,7 +157,3 @@ def duration(seconds) -> str:
         if seconds >= 0.9995 * scale:
             return f"{seconds / scale:.3g} {unit}"
     return f"{seconds * 1e6:.3g} µs"
-
-
-OWN_NAMES = (*DUAL, *DIRECTIONS, *(f"preset {preset}" for preset in PRESETS))
-COUNTS_STEPS = (*FIRST_ORDER, *DIRECTIONS)

@@ -20,6 +20,7 @@ ACTIVE_SET_IMPACTS = 1024  # it is dense: 8 n^2 bytes, and n^3 operations
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 QUICK_TOLERANCE = 1e-6
 QUICK_LIBRARY = (1e-6, 1e-10)
+HUGE_IMPACTS = 2048  # of a zone, from which few tolerances are asked for: seconds a call
 
 
 class Cell(NamedTuple):
@@ -87,12 +88,12 @@ def _dual(family, quick):
     for method in DUAL:
         if method == "active-set" and family.size > ACTIVE_SET_IMPACTS:
             continue
-        if quick:
+        if quick or family.size >= HUGE_IMPACTS:
             tolerances = (1e-9, 1e-12) if method == "auto" else (1e-9,)
         else:
             tolerances = (*TOLERANCES, 1e-12)
         for tolerance in tolerances:
-            for mode, threads in _modes(family, quick):
+            for mode, threads in _modes(family, method, quick):
                 cells.append(
                     Cell(family.name, method, tolerance=tolerance, mode=mode, threads=threads)
                 )
@@ -103,9 +104,11 @@ def _dual(family, quick):
     return cells
 
 
-def _modes(family, quick):
+def _modes(family, method, quick):
     """(mode, threads) in which a dual method is timed."""
-    small, large = family.size <= BATCH_IMPACTS, family.size >= LARGE_IMPACTS
+    # the interior point takes zones one by one, however many a call has
+    many = method != "interior-point"
+    small, large = many and family.size <= BATCH_IMPACTS, many and family.size >= LARGE_IMPACTS
     modes = []
     for threads in thread_counts():
         if threads == 1 or large:
@@ -134,10 +137,11 @@ def _variants(family, quick):
 
 
 def _libraries(family, quick):
+    few = quick or family.size >= HUGE_IMPACTS
     return [
         Cell(family.name, library.name, tolerance=tolerance)
         for library in LIBRARIES
         if family.size <= library.most
         for tolerance in library.tolerances
-        if not quick or tolerance in QUICK_LIBRARY or len(library.tolerances) == 1
+        if not few or tolerance in QUICK_LIBRARY or len(library.tolerances) == 1
     ]

@@ -51,7 +51,7 @@ def synthetic() -> list[Family]:
             size,
             1e3,
             True,
-            count=5 if size <= 1024 else 2,
+            count=5 if size <= 1024 else 1,
         )
         for size in (1, 4, 16, 64, 256, 1024, 4096)
     ]

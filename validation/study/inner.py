@@ -23,14 +23,15 @@ class Limits(NamedTuple):
     """How much work a cell may be."""
 
     call_s: float  # a call that takes longer is not made at larger sizes
+    cell_s: float  # after which a cell begins with no further problem
     repeats_s: float  # for the repeats of one problem's call
     repeats: int
     visits: float  # steps times impacts of all problems of a cell, of methods that count steps
     problems: int  # at most, of methods that count steps
 
 
-FULL = Limits(call_s=10.0, repeats_s=0.5, repeats=5, visits=1e8, problems=3)
-QUICK = Limits(call_s=0.5, repeats_s=0.02, repeats=3, visits=5e6, problems=2)
+FULL = Limits(call_s=20.0, cell_s=2.0, repeats_s=0.3, repeats=5, visits=2e7, problems=3)
+QUICK = Limits(call_s=0.5, cell_s=0.2, repeats_s=0.02, repeats=3, visits=5e6, problems=2)
 
 
 class Outcome(NamedTuple):
@@ -161,8 +162,8 @@ def _library(cell, bench, limits):
             raise ArithmeticError(f"no answer: {found.says}")
         moves, multipliers = zone.displacements(found.z), zone.multipliers(found.multipliers)
         yield Outcome(timing.seconds, moves, multipliers, None, found.says)
-        spent += timing.seconds
-        if spent > 0.5 * limits.call_s:
+        spent += timing.spent_s
+        if spent > limits.cell_s:
             return
 
 
@@ -178,8 +179,8 @@ def _own(cell, bench, limits, max_steps):
             for solved in read(timing.result):
                 seconds = timing.seconds / len(group)
                 yield Outcome(seconds, solved.displacements, solved.multipliers, solved.steps, "")
-            spent += timing.seconds
-            if spent > 0.5 * limits.call_s:
+            spent += timing.spent_s
+            if spent > limits.cell_s:
                 return
 
 

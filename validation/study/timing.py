@@ -14,6 +14,7 @@ class Timing(NamedTuple):
     result: object  # of the first call
     first_s: float  # of the first call, with compiling if it compiles
     seconds: float  # median of the calls after it; of the first if there are no others
+    spent_s: float  # on all calls
 
 
 def measure(call, repeats, budget_s) -> Timing:
@@ -35,7 +36,7 @@ def measure(call, repeats, budget_s) -> Timing:
         call()
         seconds.append(time.perf_counter() - begin)
         spent += seconds[-1]
-    return Timing(result, first, float(np.median(seconds)) if seconds else first)
+    return Timing(result, first, float(np.median(seconds)) if seconds else first, first + spent)
 
 
 @contextmanager

@@ -1,0 +1,134 @@
+"""A small zone from its rows to a judged answer, by the first method that gets it right."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref._jit import compiled
+from izo_ref.serial.active_set import active_set
+from izo_ref.serial.block_pivot import block_pivot
+from izo_ref.serial.rows import SOLVED, add_row, row_dot
+
+CLOSED_FORM = 0
+BLOCK_PIVOT = 1
+ACTIVE_SET = 2
+
+
+class Limits(NamedTuple):
+    """What counts as solved, and what is tried."""
+
+    gap: float  # largest relative duality gap
+    violation: float  # [m], largest violation
+    farthest: float  # |z| over the largest rhs: beyond, a solution is of no use to anybody
+    active_set: int  # [impacts], largest zone that an active set is tried on
+
+
+@compiled
+def _is_solved(
+    begin, end, first, last, unknowns, coefficients, normals, rhs, lengths, limits, u, z
+):
+    violation, products, z_sq, worst = 0.0, 0.0, 0.0, 0.0
+    flat = z[first:last].reshape(3 * (last - first))
+    for i in range(flat.shape[0]):
+        z_sq += flat[i] * flat[i]
+    for j in range(begin, end):
+        off = rhs[j] - row_dot(j, first, unknowns, coefficients, normals, flat)
+        violation = max(violation, off * lengths[j])
+        products += u[j] * abs(off)
+        worst = max(worst, rhs[j])
+    return (
+        violation <= limits.violation
+        and products <= 0.5 * z_sq * limits.gap
+        and math.sqrt(z_sq) <= limits.farthest * worst
+    )
+
+
+@compiled
+def solve_small_zone(
+    method,
+    begin,
+    end,
+    first,
+    last,
+    unknowns,
+    coefficients,
+    normals,
+    rhs,
+    lengths,
+    limits,
+    multipliers_out,
+    z_out,
+):
+    """Solve the zone of impacts begin..end and unknowns first..last.
+
+    One impact alone: u = max(0, s / K), and K = 1 for a unit row. Block pivoting, and where
+    that gives up the active set, from its guess. Rounding can make an active set end far
+    off where rows are nearly dependent, so the answer is judged.
+
+    Args:
+        method: CLOSED_FORM, BLOCK_PIVOT or ACTIVE_SET, where to begin.
+        lengths: (n_impacts,) f8 [kg^-1/2], of the rows before scaling.
+        limits: `Limits`.
+        Others: as of `block_pivot`.
+
+    Returns:
+        The method that ended it, whether the zone is solved, and the steps of that method.
+    """
+    n = end - begin
+    steps, status = 0, SOLVED
+    if method == CLOSED_FORM:
+        for i in range(first, last):
+            for axis in range(3):
+                z_out[i, axis] = 0.0
+        multipliers_out[begin] = max(rhs[begin], 0.0)
+        z = z_out[first:last].reshape(3 * (last - first))
+        row = slice(begin, end)
+        add_row(multipliers_out[begin], 0, first, unknowns[row], coefficients[row], normals[row], z)
+        return method, True, steps
+    if method == BLOCK_PIVOT:
+        status, steps = block_pivot(
+            begin,
+            end,
+            first,
+            last,
+            unknowns,
+            coefficients,
+            normals,
+            rhs,
+            np.empty(2 * n * n + 4 * n),
+            np.empty(6 * n + last - first, np.int32),
+            multipliers_out,
+            z_out,
+        )
+    else:
+        multipliers_out[begin:end] = 0.0
+    if method == ACTIVE_SET or (status != SOLVED and n <= limits.active_set):
+        method = ACTIVE_SET
+        status, steps = active_set(
+            begin,
+            end,
+            first,
+            last,
+            unknowns,
+            coefficients,
+            normals,
+            rhs,
+            multipliers_out,
+            z_out,
+        )
+    solved = status == SOLVED and _is_solved(
+        begin,
+        end,
+        first,
+        last,
+        unknowns,
+        coefficients,
+        normals,
+        rhs,
+        lengths,
+        limits,
+        multipliers_out,
+        z_out,
+    )
+    return method, solved, steps

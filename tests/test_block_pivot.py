@@ -1,0 +1,94 @@
+"""Block pivoting: right, or it says that it is not."""
+
+import numpy as np
+import pytest
+
+from izo_ref.options import Options
+from izo_ref.problem import ZoneProblem
+from izo_ref.rows import scaled_rows
+from izo_ref.serial.block_pivot import block_pivot
+from izo_ref.serial.rows import NOT_CONVERGED, SOLVED
+from izo_ref.solve import solve_system
+from izo_ref.zones import problem_system
+from tests.shapes import random_problem
+from validation.scenes.zones import random_zone
+
+
+def pivoted(zone):
+    """Status, multipliers of the unit rows and z, by block pivoting alone."""
+    system, _ = problem_system([zone])
+    rows = scaled_rows(system)
+    n, m = len(system.targets), len(rows.rhs)
+    u, z = np.full(m, np.nan), np.full((n, 3), np.nan)
+    scratch = np.full(2 * m * m + 4 * m, np.nan), np.full(6 * m + n, -7, np.int32)
+    unknowns = rows.unknowns, rows.coefficients, system.normals, rows.rhs
+    status, factorizations = block_pivot(
+        0, m, 0, system.vertex_offsets[1], *unknowns, *scratch, u, z
+    )
+    assert factorizations >= 1
+    return status, u, z, rows, system
+
+
+def dense(rows, system):
+    full = np.zeros((len(rows.rhs), len(system.targets), 3))
+    for j, nodes in enumerate(rows.unknowns):
+        for k in range(4):
+            if nodes[k] >= 0:
+                full[j, nodes[k]] += rows.coefficients[j, k] * system.normals[j]
+    return full.reshape(len(rows.rhs), -1)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 8, 24, 25, 60, 200])
+def test_conditions_of_optimality(rng, n):
+    zone = random_problem(rng, n)
+    zone.masses[0] = np.inf
+    status, u, z, rows, system = pivoted(zone)
+    assert status == SOLVED
+    matrix = dense(rows, system)
+    size = np.abs(rows.rhs).max()
+    free = system.vertex_offsets[1]
+    np.testing.assert_allclose((matrix.T @ u).reshape(-1, 3)[:free], z[:free], atol=1e-14 * size)
+    slack = matrix[:, : 3 * free] @ z[:free].ravel() - rows.rhs
+    assert (u >= 0.0).all()
+    assert slack.min() >= -1e-14 * size
+    assert np.abs(slack[u > 0.0]).max(initial=0.0) <= 1e-14 * size
+
+
+def test_where_it_gives_up_it_says_so(rng):
+    """Rows nearly parallel, duplicated and opposed: each answer holds, or is none."""
+    statuses = []
+    for number in range(100):
+        zone = random_zone(np.random.default_rng([7, number]), 16, 1e6)
+        status, _, z, rows, system = pivoted(zone)
+        statuses.append(status)
+        if status == SOLVED:
+            slack = dense(rows, system) @ z.ravel() - rows.rhs
+            assert slack.min() >= -1e-13 * np.abs(rows.rhs).max()
+    assert set(statuses) == {SOLVED, NOT_CONVERGED}, "both occur in such zones"
+
+
+def test_what_nothing_satisfies_is_not_solved():
+    rows = [[0, 1, 2, 3]] * 2, [[1.0, -0.2, -0.3, -0.5]] * 2, [[0, 0, 1.0], [0, 0, -1.0]]
+    zone = ZoneProblem(*rows, np.zeros((4, 3)), np.ones(4), 0.1)
+    assert pivoted(zone)[0] == NOT_CONVERGED
+
+
+def test_the_active_set_goes_on_from_its_guess():
+    """Fewer steps than from nothing, and the same answer."""
+    zones = [random_zone(np.random.default_rng([8, number]), 64, 1e3) for number in range(20)]
+    system, _ = problem_system(zones)
+    both = solve_system(system, Options())
+    alone = solve_system(system, Options(method="active-set"))
+    went_on = both.methods == "active-set"
+    assert went_on.sum() > 10
+    assert both.iterations[went_on].sum() < 0.5 * alone.iterations[went_on].sum()
+    size = np.linalg.norm(alone.displacements)
+    assert np.linalg.norm(both.displacements - alone.displacements) <= 1e-13 * size
+
+
+def test_larger_zones_go_to_the_interior_point_when_it_gives_up():
+    zone = random_zone(np.random.default_rng(9), 64, 1e3)
+    system, _ = problem_system([zone])
+    assert solve_system(system, Options(active_set_zone=64)).methods[0] == "active-set"
+    assert solve_system(system, Options(active_set_zone=63)).methods[0] == "interior-point"
+    assert solve_system(system, Options(small_zone=63)).methods[0] == "interior-point"
