@@ -192,7 +192,7 @@ summary { cursor: pointer; color: #555; }
 .origin { margin: .2rem 0; }
 .origin p { margin: .3rem 0; }
 .missing { color: #777; font-style: italic; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr));
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(12rem, 1fr));
   gap: 1.2rem 1.5rem; margin: 1.5rem 0; }
 .tiles > * { border-top: 2px solid #0b3c6f; padding-top: .5rem; }
 .tiles .label { color: #555; font-size: .9rem; }
