@@ -208,7 +208,8 @@ def _limits(rows):
         "compiling is not in it.",
         f"{PEER} was run elsewhere; where it moved an obstacle it solved another problem and is "
         "not compared.",
-        "The best known is no proved optimum: the problem has many local ones.",
+        "The best known is no proved optimum: the problem has many local ones. Where one setting "
+        "alone was run at a thickness, it is its own best known.",
     ]
     if any(str(row["step"]).startswith("generated") for row in rows):
         limits.append("No step files (IZO_DATA) here: the steps are generated, and without a peer.")

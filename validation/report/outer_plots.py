@@ -13,10 +13,11 @@ def rounds_figure(rows):
     """Selections as lines through the rounds; the looser tolerance hollow."""
     at = [row for row in _drawn(rows) if row["thickness"] == DEFAULT.thickness]
     caption = (
-        f"Excess of the objective over the best known against CPU time, thickness "
-        f"{DEFAULT.thickness:g} m. A line joins 0 to 3 rounds of new normals, from small to large "
-        f"markers, tolerance 1e-9; hollow: 3 rounds, tolerance 1e-6; asterisk: {PEER}, recorded "
-        f"elsewhere. At or below {FLOOR:g} is drawn at {FLOOR:g}. Down and left is better."
+        "Excess of the objective over the best known against CPU time, thickness "
+        f"{1e3 * DEFAULT.thickness:g} mm. A line joins 0 to 3 rounds of new normals, from small "
+        "to large markers, tolerance 1e-9; hollow: 3 rounds, tolerance 1e-6; asterisk: "
+        f"{PEER}, recorded elsewhere. At or below {FLOOR:g} is drawn at {FLOOR:g}. Down and left "
+        "is better."
     )
     return _figure(at, _rounds_panel, caption)
 
@@ -30,10 +31,10 @@ def thickness_figure(rows):
     ]
     several = {row["step"] for row in at if row["thickness"] != DEFAULT.thickness}
     values = sorted({row["thickness"] for row in at})
-    shown = ", ".join(f"{value:g}" for value in values)
+    shown = ", ".join(f"{1e3 * value:g}" for value in values)
     caption = (
         "Excess of the objective over the best known at the same thickness, against CPU time: "
-        f"{shown} m, from small to large markers; 3 rounds, tolerance 1e-9. At or below {FLOOR:g} "
+        f"{shown} mm, from small to large markers; 3 rounds, tolerance 1e-9. At or below {FLOOR:g} "
         f"is drawn at {FLOOR:g}."
     )
     return _figure([row for row in at if row["step"] in several], _thickness_panel, caption)

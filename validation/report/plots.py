@@ -7,13 +7,13 @@ import re
 
 INK, GRID = "#222222", "#e2e2e2"
 # Of different lightness, dark ones first; after M. Okabe, K. Ito, Color Universal Design (2008).
-COLORS = ("#0b3c6f", "#d1495b", "#2e8b57", "#e09f1f", "#6b4c9a", "#1f8fb4", "#7a4a21", "#8a8f98")
+COLORS = ("#0b3c6f", "#d1495b", "#3a9d64", "#e09f1f", "#6b4c9a", "#1f8fb4", "#7a4a21", "#8a8f98")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "h", "*", "p")
 LINES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)))
 FONT = "system-ui, sans-serif"
 PIXELS_PER_INCH = 96.0
 # Narrower than this share of its size a plot is not squeezed: it scrolls in its box.
-SQUEEZED = 0.8
+SQUEEZED = 0.72
 SETTINGS = {
     "svg.fonttype": "none",
     "svg.hashsalt": "izo_ref",

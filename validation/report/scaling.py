@@ -8,6 +8,7 @@ from validation.report import plots, site
 from validation.rows import read, runs
 
 FITTED_OVER = 10.0  # the upper decade of sizes
+WIDTH, HEIGHT = 5.0, 4.2
 STAGES = {
     "whole step": "total_s",
     "detecting": "detect_s",
@@ -37,10 +38,8 @@ def page(rows_folder, output) -> Path:
     if rows:
         sheets, zones = _sheets(rows), _zones(rows)
         sections = [
-            ("Time against triangles", _time_of_sheets(sheets)),
-            ("Memory against triangles", _memory_of_sheets(sheets)),
-            ("Time against impacts of one zone", _of_zones(zones, "solve_s", "time [s]")),
-            ("Memory against impacts of one zone", _of_zones(zones, "above_mib", "memory [MiB]")),
+            ("Against triangles", _sheets_figure(sheets)),
+            ("Against impacts of one zone", _zones_figure(zones)),
             ("Fitted exponents", _exponents(sheets, zones)),
             ("Every row", _table(rows)),
         ]
@@ -112,49 +111,50 @@ def _zones(rows):
     return {name: _measured(row for row in rows if row["family"] == name) for name in families}
 
 
-def _time_of_sheets(sheets):
-    figure, ax = plots.new(7.0, 4.6)
-    plots.logarithmic(ax)
+def _sheets_figure(sheets):
+    time, time_ax = plots.new(WIDTH, HEIGHT)
     for i, (name, column) in enumerate(STAGES.items()):
-        _line(ax, sheets, "triangles", column, name, i)
-    ax.set(xlabel="triangles", ylabel="time [s]")
-    plots.legend_below(figure, [ax], 3)
+        _line(time_ax, sheets, "triangles", column, name, i)
+    memory, memory_ax = plots.new(WIDTH, HEIGHT)
+    _line(memory_ax, sheets, "triangles", "memory_mib", "above a process that only imports", 0)
+    _line(memory_ax, sheets, "triangles", "above_mib", "above the same after a small step", 1)
+    time_ax.set(xlabel="triangles", ylabel="time [s]", title="Time")
+    memory_ax.set(xlabel="triangles", ylabel="memory [MiB]", title="Memory")
     caption = (
         "Seconds of a step by stage, one thread, the quickest of up to five runs; compiling is "
-        "not in it. Checking the start (that Q0 is free of intersections) comes before the step."
+        "not in it. Checking the start (that Q0 is free of intersections) comes before the step. "
+        "Peak resident memory of the process: above the import, and without compiled code, which "
+        "is loaded once; of the latter, differences under 1 MiB are left out."
     )
-    return site.figure(plots.svg(figure), caption, site.run_ids(sheets))
+    return _side_by_side((time, time_ax), (memory, memory_ax), caption, sheets, 3)
 
 
-def _memory_of_sheets(sheets):
-    figure, ax = plots.new(7.0, 4.4)
-    plots.logarithmic(ax)
-    _line(ax, sheets, "triangles", "memory_mib", "above a process that only imports izo_ref", 0)
-    _line(ax, sheets, "triangles", "above_mib", "above the same process after a small step", 1)
-    ax.set(xlabel="triangles", ylabel="memory [MiB]")
-    plots.legend_below(figure, [ax], 2)
-    caption = (
-        "Peak resident memory of the process. The second line is without compiled code, which is "
-        "loaded once; of it differences under 1 MiB are left out."
-    )
-    return site.figure(plots.svg(figure), caption, site.run_ids(sheets))
-
-
-def _of_zones(zones, column, label):
-    figure, ax = plots.new(7.0, 4.8)
-    plots.logarithmic(ax)
+def _zones_figure(zones):
+    time, time_ax = plots.new(WIDTH, HEIGHT)
+    memory, memory_ax = plots.new(WIDTH, HEIGHT)
     for name, rows in zones.items():
-        _line(ax, rows, "impacts", column, FAMILIES[name], list(FAMILIES).index(name))
-    ax.set(xlabel="impacts of the zone", ylabel=label)
-    plots.legend_below(figure, [ax], 2)
-    what = "Seconds to solve one zone" if column == "solve_s" else "Memory to solve one zone"
-    how = (
-        "the quickest of up to five runs"
-        if column == "solve_s"
-        else "above the same process after small zones; differences under 1 MiB are left out"
+        i = list(FAMILIES).index(name)
+        _line(time_ax, rows, "impacts", "solve_s", FAMILIES[name], i)
+        _line(memory_ax, rows, "impacts", "above_mib", FAMILIES[name], i)
+    time_ax.set(xlabel="impacts of the zone", ylabel="time [s]", title="Time")
+    memory_ax.set(xlabel="impacts of the zone", ylabel="memory [MiB]", title="Memory")
+    caption = (
+        "Seconds to solve one zone by the default method, one thread, the quickest of up to five "
+        "runs, and the peak of memory above the same process after small zones; differences under "
+        "1 MiB are left out."
     )
-    ids = site.run_ids(row for rows in zones.values() for row in rows)
-    return site.figure(plots.svg(figure), f"{what} by the default method, one thread; {how}.", ids)
+    rows = [row for own in zones.values() for row in own]
+    return _side_by_side((time, time_ax), (memory, memory_ax), caption, rows, 1)
+
+
+def _side_by_side(time, memory, caption, rows, ncols):
+    drawings = []
+    for figure, ax in (time, memory):
+        plots.logarithmic(ax)
+        plots.legend_below(figure, [ax], ncols if figure is time[0] else 1)
+        drawings.append(plots.svg(figure))
+    body = site.panels(drawings, ["Time", "Memory"], least_px=420)
+    return site.figure(body, caption, site.run_ids(rows))
 
 
 def _line(ax, rows, x, y, label, i):

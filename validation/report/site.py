@@ -78,18 +78,20 @@ def figure(svg, caption, run_ids) -> str:
     )
 
 
-def panels(svgs, labels) -> str:
+def panels(svgs, labels, least_px=290) -> str:
     """Plots side by side where there is room, for `figure`.
 
     Args:
         svgs: as of `plots.svg`.
         labels: plain text for a screen reader, one each.
+        least_px: width of a plot before it gets a line of its own.
     """
     named = (
         svg.replace('role="img"', f'role="img" aria-label="{html.escape(label, quote=True)}"', 1)
         for svg, label in zip(svgs, labels, strict=True)
     )
-    return '<div class="panels">\n' + "\n".join(named) + "\n</div>"
+    columns = f"grid-template-columns:repeat(auto-fill,minmax(min(100%,{least_px}px),1fr))"
+    return f'<div class="panels" style="{columns}">\n' + "\n".join(named) + "\n</div>"
 
 
 def data_table(columns, rows, caption="") -> str:
@@ -182,8 +184,7 @@ th button { font: inherit; font-weight: 600; color: inherit; background: none; b
 th button::after { content: "\\2195"; color: #aaa; padding-left: .3em; }
 th[aria-sort=ascending] button::after { content: "\\2191"; color: #222; }
 th[aria-sort=descending] button::after { content: "\\2193"; color: #222; }
-.panels { display: grid; grid-template-columns: repeat(auto-fill, minmax(18rem, 1fr));
-  gap: .5rem 1rem; }
+.panels { display: grid; gap: .5rem 1rem; }
 figure { margin: 1rem 0 1.8rem; }
 figcaption { font-size: .9rem; color: #555; max-width: 46rem; }
 details { margin: .5rem 0; }
@@ -191,7 +192,7 @@ summary { cursor: pointer; color: #555; }
 .origin { margin: .2rem 0; }
 .origin p { margin: .3rem 0; }
 .missing { color: #777; font-style: italic; }
-.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(15rem, 1fr));
+.tiles { display: grid; grid-template-columns: repeat(auto-fit, minmax(12rem, 1fr));
   gap: 1.2rem 1.5rem; margin: 1.5rem 0; }
 .tiles > * { border-top: 2px solid #0b3c6f; padding-top: .5rem; }
 .tiles .label { color: #555; font-size: .9rem; }

@@ -37,6 +37,7 @@ def write_report(output, command, quick, only, pages_only, say):
     Returns:
         `Path` of the start page.
     """
+    import_module("matplotlib")  # if it is missing, say so before measuring
     output = Path(output)
     folder = output / "rows"
     wanted = [only] if only else list(STUDIES)

@@ -7,8 +7,8 @@ from izo_ref.scene import Scene
 CELL_M = 0.01
 APART_M = 0.005
 MEETING = 0.01  # share of all vertices that are pushed through the other sheet
-BUMP_CELLS = 2.5  # radius of the places where they are
-BUMP_VERTICES = 20  # about as many are within it
+BUMP_CELLS = 1.8  # radius of the places where they are
+BUMP_VERTICES = 10  # about as many are within it
 KG_PER_M2 = 0.2
 
 
