@@ -67,8 +67,11 @@ def cells_table(measured) -> str:
 
 def counts(measured) -> dict:
     """How many cells there are, and in how many something was reached."""
-    found = [cell_outcome(rows) for rows in outcomes(measured).values()]
+    cells = outcomes(measured)
+    found = [cell_outcome(rows) for rows in cells.values()]
+    asked = {row["tolerance"] for rows in cells.values() for row in rows}
     return {
+        "asked": sorted(asked, reverse=True),
         "cells": len(found),
         "missing": sum(says == "missing" for says, _ in found),
         "failed": sum(says == "failed" for says, _ in found),

@@ -71,11 +71,12 @@ def headlines(rows_folder) -> list[tuple[str, str, str]]:
             )
         )
     count = counts(measured)
+    least = min(count["asked"], default=1e-6)
     found.append(
         (
             "Directions, line searches, families",
-            f"{count['reached'][1e-6]} of {count['cells']}",
-            f"cells come to 1e-6 within their steps, {count['reached'][1e-9]} to 1e-9; "
+            f"{count['reached'].get(least, 0)} of {count['cells']}",
+            f"cells come to {least:.0e}, the least asked for, within their steps; "
             f"{count['missing']} missing, {count['failed']} failed.",
         )
     )
@@ -179,8 +180,9 @@ def _cells(measured):
         f"{count['cells']} cells, {count['missing']} missing. The smallest tolerance that gap "
         "and violation reached within the steps allowed, and the time of a zone; darker is "
         f"closer. {count['reached'][1e-3]} cells come to 1e-3, {count['reached'][1e-6]} to 1e-6, "
-        f"{count['reached'][1e-9]} to 1e-9; {count['failed']} failed. Multipliers are updated "
-        "every step, mu is fixed, float64."
+        f"{count['reached'][1e-9]} to 1e-9; {count['failed']} failed. Asked for were "
+        f"{', '.join(f'{t:.0e}' for t in count['asked'])}. Multipliers are updated every step, mu "
+        "is fixed, float64."
     )
     return site.paragraph(said) + cells_table(measured)
 
