@@ -18,7 +18,7 @@ STAGES = {
 }
 FAMILIES = {
     "chain": "chain: an impact touches its neighbours only",
-    "pinch": "pinch: cloth between two pinned layers",
+    "pinch": "pinch: a vertex between each two of many faces",
     "random": "random: any vertex with any other",
     "zone-armadillo-first": "armadillo, first iteration (recorded)",
     "zone-armadillo-last": "armadillo, last iteration (recorded)",

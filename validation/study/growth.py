@@ -21,7 +21,7 @@ THICKNESS_M = 1e-4
 TOLERANCE = 1e-9
 ENOUGH_S = 1.0  # repeats of a case take as long, at most
 MOST_REPEATS = 5
-WARM = {"sheets": (2000,), "chain": (1, 8, 2000), "pinch": (1, 8, 600), "random": (1, 8, 300)}
+WARM = {"sheets": (2000,), "chain": (1, 8, 2000), "pinch": (2, 8, 600), "random": (1, 8, 300)}
 
 
 def peak_mib() -> float:

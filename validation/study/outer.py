@@ -82,8 +82,12 @@ def step_names(quick) -> list[str]:
     """Steps of this run; generated ones where there are no step files."""
     if not steps.available():
         return [name for name in GENERATED if not (quick and name == DEMO)]
-    names = steps.step_names()
+    names = sorted(steps.step_names(), key=_file_size)  # small ones first
     return [name for name in QUICK_STEPS if name in names] if quick else names
+
+
+def _file_size(name):
+    return (steps.FOLDER / f"{name}.npz").stat().st_size
 
 
 def settings(quick) -> list[Setting]:
