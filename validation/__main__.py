@@ -111,6 +111,23 @@ def _mutants(args):
     return PASSED if all(row["caught"] for row in rows) else FAILED
 
 
+def _report(args):
+    from validation.report.start import write_report
+
+    words = ["python -m validation report"]
+    words += ["--quick"] if args.quick else []
+    words += ["--only", args.only] if args.only else []
+    output = args.output or (REPORTS / "quick" if args.quick else REPORTS)
+    output.mkdir(parents=True, exist_ok=True)
+    check_writable(output / "index.html")
+
+    def say(line):
+        print(line, flush=True)
+
+    print(write_report(output, " ".join(words), args.quick, args.only, args.pages_only, say))
+    return PASSED
+
+
 def _say(fact):
     mark = {True: "passed", False: "FAILED", None: "      "}[fact.passed]
     print(f"{mark}  {fact.question} | {fact.by} | {fact.answer} | {fact.seconds:.2f} s", flush=True)
@@ -163,6 +180,20 @@ def _parser():
     sub.add_argument("faults", nargs="*", metavar="FAULT", help="names; all if none")
     sub.add_argument("--rows", type=Path, metavar="F", help="JSON of the rows so far")
     sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+
+    text = "error against run time: measures what is missing, writes index.html and its pages"
+    sub = commands.add_parser("report", help=text, description=text)
+    sub.set_defaults(run=_report)
+    sub.add_argument("--quick", action="store_true", help="fewer and smaller cases; minutes")
+    sub.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FOLDER",
+        help="reports, or reports/quick; rows are in rows/ there, delete them to measure again",
+    )
+    sub.add_argument("--only", choices=("inner", "outer", "convergence", "scaling"))
+    sub.add_argument("--pages-only", action="store_true", help="measure nothing")
     return parser
 
 

@@ -23,34 +23,48 @@ PACKAGES = (
     "osqp",
     "proxsuite",
     "daqp",
+    "matplotlib",
 )
 
 
 def header(title, command) -> str:
     """The first lines of a report: title, command, commit, machine, versions."""
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES)
     lines = (
         f"# {title}",
         "",
-        f"Made by `{command}` from commit {_commit()} on {_machine()}, Python "
-        f"{platform.python_version()}, {versions}. Times are wall-clock seconds of that machine, "
-        "which other work may have shared; compile time is not in them.",
+        f"Made by `{command}` from commit {commit()} on {machine()}, {versions()}. Times are "
+        "wall-clock seconds of that machine, which other work may have shared; compile time is "
+        "not in them.",
         "",
     )
     return "\n".join(lines)
 
 
-def _commit():
+def versions() -> str:
+    """Python and the packages that answers and times depend on."""
+    found = [f"Python {platform.python_version()}"]
+    for name in PACKAGES:
+        try:
+            found.append(f"{name} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            found.append(f"no {name}")
+    return ", ".join(found)
+
+
+def commit() -> str:
+    """The commit that is checked out, and whether something of it was changed."""
+
     def git(*arguments):
         run = subprocess.run(["git", *arguments], cwd=ROOT, capture_output=True, text=True)
         return run.stdout.strip() if run.returncode == 0 else ""
 
-    commit = git("rev-parse", "--short=12", "HEAD")
+    head = git("rev-parse", "--short=12", "HEAD")
     changed = git("status", "--porcelain", "--untracked-files=no", "--", "izo_ref", "validation")
-    return (commit or "unknown") + (" with changes" if changed else "")
+    return (head or "unknown") + (" with changes" if changed else "")
 
 
-def _machine():
+def machine() -> str:
+    """Cores, processor and system."""
     model = platform.processor() or platform.machine()
     try:
         for line in Path("/proc/cpuinfo").read_text().splitlines():

@@ -7,7 +7,7 @@ from izo_ref.problem import ZoneProblem
 THICKNESS_M = 1e-3
 
 
-def random_zone(rng, n_impacts, mass_ratio=1.0) -> ZoneProblem:
+def random_zone(rng, n_impacts, mass_ratio=1.0, fresh_only=False) -> ZoneProblem:
     """A feasible zone of vertex-face and edge-edge impacts.
 
     All impacts hold, by a margin, at positions drawn first, so the problem is feasible; the
@@ -19,12 +19,13 @@ def random_zone(rng, n_impacts, mass_ratio=1.0) -> ZoneProblem:
         rng: `numpy.random.Generator`.
         n_impacts: at least 1.
         mass_ratio: of the heaviest vertex to the lightest, at most.
+        fresh_only: leave out duplicates, redundant and opposed rows.
     """
     n = max(4, int(0.8 * n_impacts) + 3)
     free = 0.02 * rng.normal(size=(n, 3))  # where all impacts hold
     nodes, weights, normals = [], [], []
     while len(nodes) < n_impacts:
-        kind = rng.integers(6) if nodes else 5
+        kind = rng.integers(6) if nodes and not fresh_only else 5
         other = rng.integers(len(nodes)) if nodes else 0
         if kind == 0:
             row = nodes[other], weights[other], normals[other]
@@ -52,11 +53,14 @@ def random_zone(rng, n_impacts, mass_ratio=1.0) -> ZoneProblem:
         targets = 0.01 * rng.normal(size=(n, 3)) - rng.uniform(0.5, 2.0) * free
         points = np.einsum("jk,jkx->jx", weights, targets[nodes])
         violated = (np.einsum("jx,jx->j", normals, points) < THICKNESS_M).any()
-    # drawn over all decades, with both ends present
+    return ZoneProblem(nodes, weights, normals, targets, masses(rng, n, mass_ratio), THICKNESS_M)
+
+
+def masses(rng, n, ratio):
+    """(n,) f8 [kg], drawn over all decades up to the ratio, with both ends present."""
     exponents = rng.random(n)
     exponents[rng.permutation(n)[:2]] = 0.0, 1.0
-    masses = mass_ratio**exponents
-    return ZoneProblem(nodes, weights, normals, targets, masses, THICKNESS_M)
+    return ratio**exponents
 
 
 def _weights(rng):

@@ -1,0 +1,142 @@
+"""One process that solves ever larger cases: a line of JSON each, with time and peak memory.
+
+    python -m validation.study.growth sheets 1000 3000
+
+The sizes rise, so that the peak of the process is the peak of the last one.
+"""
+
+import json
+import resource
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+import izo_ref
+from izo_ref.errors import IzoError
+
+SEED = 20240607
+THICKNESS_M = 1e-4
+TOLERANCE = 1e-9
+ENOUGH_S = 1.0  # repeats of a case take as long, at most
+MOST_REPEATS = 5
+WARM = {"sheets": (2000,), "chain": (1, 8, 2000), "pinch": (2, 8, 600), "random": (1, 8, 300)}
+
+
+def peak_mib() -> float:
+    """Largest resident size of this process so far [MiB].
+
+    Where there is /proc it is asked: after a fork `ru_maxrss` can be that of the parent.
+    """
+    status = Path("/proc/self/status")
+    if status.is_file():
+        for line in status.read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / 1024.0
+    largest = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return largest / (1024.0**2 if sys.platform == "darwin" else 1024.0)
+
+
+def sheets_row(size) -> dict:
+    """`resolve` on two sheets of this many triangles: seconds by stage, of the quickest run."""
+    from validation.scenes.sheets import meeting_sheets
+
+    begin = time.perf_counter()
+    scene = meeting_sheets(np.random.default_rng([SEED, size]), size)
+    door = time.perf_counter() - begin
+    result, repeats = _quickest(
+        lambda: izo_ref.resolve(scene, THICKNESS_M), lambda result: result.timings["total"]
+    )
+    certify = result.timings["certify"]
+    return {
+        "triangles": len(scene.faces),
+        "impacts": len(result.impacts.toi),
+        "zones": len(result.zones),
+        "largest_zone": int(np.diff(result.zones.impact_offsets).max(initial=0)),
+        "iterations": len(result.history),
+        "total_s": result.timings["total"],
+        "detect_s": sum(line.detect_s for line in result.history),
+        "solve_s": sum(line.solve_s for line in result.history),
+        "certify_s": certify,
+        "door_s": door,
+        "repeats": repeats,
+        "outcome": "converged" if result.converged else "not converged",
+        "message": result.status.name,
+    }
+
+
+def zone_row(family, size) -> dict:
+    """`solve_zone` on one zone of this many impacts; seconds of the quickest run."""
+    problem = zone_of(family, size)
+
+    def call():
+        begin = time.perf_counter()
+        solution = izo_ref.solve_zone(problem, tolerance=TOLERANCE)
+        return solution, time.perf_counter() - begin
+
+    (solution, seconds), repeats = _quickest(call, lambda outcome: outcome[1])
+    judged = solution.residuals
+    return {
+        "impacts": len(problem.nodes),
+        "iterations": solution.iterations,
+        "method": solution.method,
+        "gap": judged.gap,
+        "violation": judged.violation,
+        "total_s": seconds,
+        "solve_s": seconds,
+        "repeats": repeats,
+        "outcome": "converged" if judged.solved(TOLERANCE, TOLERANCE) else "not converged",
+        "message": "",
+    }
+
+
+def zone_of(family, size):
+    """A zone of a family; of a recorded one the size is what its file has."""
+    from validation.scenes import piles, zones
+    from validation.study import steps
+
+    rng = np.random.default_rng([SEED, size])
+    if family == "chain":
+        return piles.chain_zone(rng, size)
+    if family == "pinch":
+        return piles.pinch_zone(rng, size)
+    if family == "random":
+        return zones.random_zone(rng, size, 1e3)
+    return izo_ref.ZoneProblem(**steps.load(family))
+
+
+def _quickest(call, seconds):
+    """The outcome of the quickest of some calls, and how many there were."""
+    outcomes, begin = [call()], time.perf_counter()
+    spent = seconds(outcomes[0])
+    while len(outcomes) < MOST_REPEATS and spent < ENOUGH_S:
+        outcomes.append(call())
+        spent = max(spent, time.perf_counter() - begin)
+    return min(outcomes, key=seconds), len(outcomes)
+
+
+def main(arguments):
+    family, *sizes = arguments
+    imported = peak_mib()
+
+    def measured(size):
+        return sheets_row(size) if family == "sheets" else zone_row(family, size)
+
+    for size in WARM.get(family, (600,)):  # compiles, or loads what was compiled
+        sheets_row(size) if family == "sheets" else zone_row(
+            family if family in WARM else "chain", size
+        )
+    warm = peak_mib()
+    print(json.dumps({"ready": True}), flush=True)
+    for size in map(int, sizes):
+        try:
+            row = measured(size)
+        except (IzoError, MemoryError, np.linalg.LinAlgError) as error:
+            row = {"outcome": "failed", "message": f"{type(error).__name__}: {error}"}
+        row |= {"import_mib": imported, "warm_mib": warm, "peak_mib": peak_mib()}
+        print(json.dumps({"size": size, **row}), flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

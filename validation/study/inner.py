@@ -1,0 +1,244 @@
+"""Error against time of solvers of zones: one row a cell of `cells.plan`."""
+
+import math
+import time
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from izo_ref.problem import residuals
+from validation.oracles.answer import scaled_zone
+from validation.scenes.zones import random_zone
+from validation.study import own
+from validation.study.cells import BATCH, LIBRARY, Cell, plan
+from validation.study.families import SEED, Family, families
+from validation.study.timing import measure, threads
+from validation.study.truth import Truth
+
+ASKED = (1e-3, 1e-6, 1e-9, 1e-12)
+
+
+class Limits(NamedTuple):
+    """How much work a cell may be."""
+
+    call_s: float  # a call that takes longer is not made at larger sizes
+    cell_s: float  # after which a cell begins with no further problem
+    repeats_s: float  # for the repeats of one problem's call
+    repeats: int
+    visits: float  # steps times impacts of all problems of a cell, of methods that count steps
+    problems: int  # at most, of methods that count steps
+
+
+# 75 ns a visit: a cell of 1e7 is done in a second or so
+FULL = Limits(call_s=20.0, cell_s=1.0, repeats_s=0.1, repeats=5, visits=1e7, problems=3)
+QUICK = Limits(call_s=0.5, cell_s=0.2, repeats_s=0.02, repeats=3, visits=5e6, problems=2)
+
+
+class Outcome(NamedTuple):
+    """What came of one problem."""
+
+    seconds: float
+    displacements: np.ndarray
+    multipliers: np.ndarray
+    steps: int | None
+    says: str
+
+
+class Bench:
+    """A family's problems and their optima, made when they are first asked for."""
+
+    def __init__(self, family: Family):
+        self.family = family
+
+    @cached_property
+    def problems(self):
+        return self.family.problems()
+
+    @cached_property
+    def truths(self):
+        return [Truth(problem) for problem in self.problems]
+
+    @cached_property
+    def many(self):
+        """As many zones as a step may have."""
+        return [self.family.make(number) for number in range(BATCH)]
+
+
+def run(rows_folder, quick, say) -> None:
+    """Add the rows that are missing.
+
+    Args:
+        rows_folder: where `inner.csv` is.
+        quick: a few families and little work.
+        say: called with a line of text as the work goes on.
+    """
+    from validation.rows import Rows
+
+    rows = Rows(rows_folder, "inner", Cell._fields)
+    limits = QUICK if quick else FULL
+    past = Past(limits, rows.all())
+    compiled = set()
+    for family in families(quick):
+        missing = [cell for cell in plan([family], quick) if not rows.has(**cell._asdict())]
+        begin, bench = time.perf_counter(), Bench(family)
+        for cell in missing:
+            row = cell._asdict() | cell_row(cell, bench, limits, past, compiled)
+            rows.add(**row)
+            past.rows.append(row)
+        if missing:
+            say(f"inner: {family.name}, {len(missing)} rows, {time.perf_counter() - begin:.1f} s")
+
+
+class Past:
+    """The rows so far: what took too long, or did not converge, is not tried on more."""
+
+    def __init__(self, limits, rows):
+        self.limits, self.rows = limits, list(rows)
+
+    def reason(self, cell, family) -> str | None:
+        """Why a cell is left out, if it is."""
+        for row in self.rows:
+            same = tuple(row[name] for name in Cell._fields[1:6]) == cell.variant
+            same = same and row["mode"] == cell.mode and row["series"] == family.series
+            looser = row["tolerance"] > cell.tolerance
+            here = row["family"] == cell.family
+            if not same or row["outcome"] == "failed" or row["size"] > family.size:
+                continue
+            if here and not looser and row["tolerance"] != cell.tolerance:
+                continue
+            if (row["call_s"] or 0.0) > self.limits.call_s and (looser or not here):
+                return f"took {row['call_s']:.1f} s at {row['size']} impacts"
+            counts = cell.kind == "lagrangian" or cell.solver in own.FIRST_ORDER
+            if here and looser and counts and row["outcome"] == "not converged":
+                return f"not converged at {row['tolerance']:.0e}"
+        return None
+
+
+def cell_row(cell, bench, limits, past, compiled) -> dict:
+    """The columns beside the key."""
+    family = bench.family
+    row = {
+        "kind": cell.kind,
+        "series": family.series,
+        "size": family.size,
+        "outcome": "not converged",
+        "message": None,
+        "reached": None,
+        "seconds": None,
+        "gap": None,
+        "violation": None,
+        "error": None,
+        "truth": None,
+        "problems": 0,
+        "solved": 0,
+        "steps": None,
+        "max_steps": None,
+        "call_s": None,
+        "compile_s": None,
+    }
+    reason = past.reason(cell, family)
+    if reason:
+        return row | {"message": f"left out: {reason}"}
+    try:
+        if cell.kind == "library":
+            outcomes = list(_library(cell, bench, limits))
+        else:
+            row["compile_s"] = _compile(cell, compiled)
+            row["max_steps"] = _max_steps(cell, family, limits)
+            outcomes = list(_own(cell, bench, limits, row["max_steps"]))
+    except Exception as error:  # whatever a solver raises is its row
+        return row | {"outcome": "failed", "message": f"{type(error).__name__}: {error}"[:200]}
+    return row | _judged(cell, bench, outcomes)
+
+
+def _library(cell, bench, limits):
+    library, spent = LIBRARY[cell.solver], 0.0
+    for problem in bench.problems:
+        zone = scaled_zone(problem)
+        call, read = library.prepare(zone, cell.tolerance, limits.call_s)
+        timing = measure(call, limits.repeats, limits.repeats_s)
+        found = read(timing.result)
+        if found.z is None or found.multipliers is None:
+            raise ArithmeticError(f"no answer: {found.says}")
+        moves, multipliers = zone.displacements(found.z), zone.multipliers(found.multipliers)
+        yield Outcome(timing.seconds, moves, multipliers, None, found.says)
+        spent += timing.spent_s
+        if spent > limits.cell_s:
+            return
+
+
+def _own(cell, bench, limits, max_steps):
+    options = cell.setting.options(cell.tolerance, max_steps or 100_000)
+    problems = bench.problems[: limits.problems if max_steps else None]
+    groups = [bench.many] if cell.mode == "batch" else [[problem] for problem in problems]
+    spent = 0.0
+    with threads(cell.threads):
+        for group in groups:
+            call, read = own.prepare(group, options)
+            timing = measure(call, limits.repeats, limits.repeats_s)
+            for solved in read(timing.result):
+                seconds = timing.seconds / len(group)
+                yield Outcome(seconds, solved.displacements, solved.multipliers, solved.steps, "")
+            spent += timing.spent_s
+            if spent > limits.cell_s:
+                return
+
+
+def _max_steps(cell, family, limits):
+    """Of methods that count steps, so many that a cell's work is bounded; else None."""
+    if not cell.setting.counts_steps:
+        return None
+    problems = BATCH if cell.mode == "batch" else min(family.count, limits.problems)
+    return max(10, int(limits.visits / (family.size * problems)))
+
+
+def _compile(cell, compiled):
+    """[s] what the first call of a variant takes longer than a later one; None if not first."""
+    if cell.variant in compiled:
+        return None
+    compiled.add(cell.variant)
+    problem = random_zone(np.random.default_rng(SEED), 4)
+    call, _ = own.prepare([problem], cell.setting.options(1e-3, 1000))
+    begin = time.perf_counter()
+    call()
+    between = time.perf_counter()
+    call()
+    return max(0.0, 2.0 * between - begin - time.perf_counter())
+
+
+def _judged(cell, bench, outcomes):
+    """Residuals and errors, the worst of all problems, and the median of the times."""
+    problems = bench.many if cell.mode == "batch" else bench.problems
+    judged = [
+        residuals(problem, problem.targets + outcome.displacements, outcome.multipliers)
+        for problem, outcome in zip(problems, outcomes, strict=False)
+    ]
+    # the problems of a family are the first of many
+    errors = [
+        truth.error(outcome.displacements)
+        for truth, outcome in zip(bench.truths, outcomes, strict=False)
+    ]
+    solved = sum(r.solved(cell.tolerance, cell.tolerance) for r in judged)
+    reached = [asked for asked in ASKED if all(r.solved(asked, asked) for r in judged)]
+    said = sorted({outcome.says for outcome in outcomes} - {"", "solved"})
+    calls = len(outcomes) if cell.mode == "batch" else 1
+    steps = [outcome.steps for outcome in outcomes if outcome.steps is not None]
+    return {
+        "outcome": "converged" if solved == len(outcomes) else "not converged",
+        "message": "; ".join(said)[:200] or None,
+        "reached": min(reached, default=None),
+        "seconds": float(np.median([outcome.seconds for outcome in outcomes])),
+        "gap": _worst(r.gap for r in judged),
+        "violation": _worst(r.violation for r in judged),
+        "error": _worst(errors),
+        "truth": bench.truths[0].says,
+        "problems": len(outcomes),
+        "solved": solved,
+        "steps": float(np.median(steps)) if steps else None,
+        "call_s": calls * max(outcome.seconds for outcome in outcomes),
+    }
+
+
+def _worst(values):
+    return max((v if math.isfinite(v) else math.inf for v in values), default=None)
