@@ -1,7 +1,7 @@
 """Plots of the page of steps: a small one for each step, and one legend."""
 
 from validation.report import plots, site
-from validation.study.outer import DEFAULT, PEER, SELECTIONS
+from validation.study.outer import DEFAULT, PEER, ROUNDS, SELECTIONS, THICKNESSES_M
 
 # Excesses below are drawn here: the best known has none, and a logarithm has no zero.
 FLOOR = 1e-6
@@ -66,11 +66,8 @@ def _figure(rows, panel, caption):
 def _rounds_panel(ax, rows):
     for i, selection in enumerate(SELECTIONS):
         own = [row for row in rows if row["selection"] == selection]
-        tight = sorted(
-            (r for r in own if r["tolerance"] == DEFAULT.tolerance),
-            key=lambda row: row["relinearize"],
-        )
-        _line(ax, tight, i)
+        tight = [row for row in own if row["tolerance"] == DEFAULT.tolerance]
+        _line(ax, tight, i, "relinearize", ROUNDS)
         loose = [row for row in own if row["tolerance"] != DEFAULT.tolerance]
         style = plots.style(i) | {"linestyle": "none", "markerfacecolor": "white", "markersize": 8}
         ax.plot(*_points(loose), **style)
@@ -81,15 +78,17 @@ def _rounds_panel(ax, rows):
 def _thickness_panel(ax, rows):
     for i, selection in enumerate(SELECTIONS):
         own = [row for row in rows if row["selection"] == selection]
-        _line(ax, sorted(own, key=lambda row: row["thickness"]), i)
+        _line(ax, own, i, "thickness", THICKNESSES_M)
 
 
-def _line(ax, rows, i):
-    """A line whose markers grow along it."""
+def _line(ax, rows, i, key, values):
+    """A line whose markers grow with a column, from the first of its values to the last."""
+    rows = sorted(rows, key=lambda row: row[key])
     style = plots.style(i)
     ax.plot(*_points(rows), color=style["color"], linestyle=style["linestyle"])
-    for number, row in enumerate(rows):
-        size = SMALLEST + (LARGEST - SMALLEST) * number / max(len(rows) - 1, 1)
+    for row in rows:
+        share = values.index(row[key]) / (len(values) - 1)
+        size = SMALLEST + (LARGEST - SMALLEST) * share
         ax.plot(*_points([row]), **style | {"linestyle": "none", "markersize": size})
 
 

@@ -210,8 +210,8 @@ def _limits(rows):
         "have denser contact.",
         "Memory is the peak of a process that solves rising sizes, so a size that needs less than "
         "one before it would show that one's.",
-        "Random zones have a dense graph: their factor grows with the square of the impacts, "
-        "which is why they end at 4,096.",
+        "Random zones have a dense graph, whose factorisation takes the third power of the "
+        "impacts: they end at 4,096, which no contact of surfaces looks like.",
     ]
     sizes = [row["triangles"] for row in _sheets(rows)]
     if sizes and max(sizes) < 9e5:
