@@ -4,6 +4,7 @@ import ast
 import inspect
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -152,3 +153,10 @@ def test_every_public_name_says_what_it_is():
         if inspect.isfunction(thing) or inspect.isclass(thing):
             assert thing.__doc__, name
             assert not thing.__doc__.startswith(name + "("), name  # what a NamedTuple makes up
+
+
+def test_every_folder_of_the_package_is_installed():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    folders = {path.parent.relative_to(ROOT) for path in PACKAGE.rglob("__init__.py")}
+    names = sorted(".".join(folder.parts) for folder in folders)
+    assert sorted(settings["tool"]["setuptools"]["packages"]) == names
