@@ -1,9 +1,16 @@
 """Factorisations of a sparse matrix of symmetric blocks, again and again with new values."""
 
+import numba
 import numpy as np
 
+from izo_ref.cpu import sparse as kernels
 from izo_ref.serial import elimination, fronts
 from izo_ref.serial.fronts import Fronts
+
+# Operations from which a second thread pays; waking it takes some 10 us.
+PARALLEL = 2e6
+# Subtrees are split until the heaviest is at most this part of what a thread has to do.
+PART = 0.25
 
 
 class SparseCholesky:
@@ -23,16 +30,17 @@ class SparseCholesky:
         self._order = _order_of(entries, n_blocks)
         position = np.empty(n_blocks, np.int32)
         position[self._order] = np.arange(n_blocks, dtype=np.int32)
-        self._fronts = _fronts_of(np.sort(position[entries], axis=1), n_blocks, size)
+        threads = numba.get_num_threads()
+        pattern = np.sort(position[entries], axis=1)
+        self._fronts, self._run_starts, self._runs = _fronts_of(pattern, n_blocks, size, threads)
         self._factor = np.empty(self._fronts.factor_starts[-1])
+        self._kept = np.empty(self._fronts.n_kept)
 
     @property
     def flops(self) -> float:
         """Multiplications and additions of one factorisation."""
         f = self._fronts
-        pivots = f.size * np.diff(f.firsts).astype(float)
-        n = pivots + f.size * np.diff(f.starts)
-        return float(((n**3 - (n - pivots) ** 3) / 3).sum())
+        return float(_work(f.size * np.diff(f.firsts), f.size * np.diff(f.starts)).sum())
 
     def factorize(self, values, smallest=0.0):
         """Factor the matrix with these values, (n_entries, size, size) f8, or (n_entries,).
@@ -40,7 +48,9 @@ class SparseCholesky:
         Pivots of `smallest` or less are left out: solutions are 0 there.
         """
         blocks = values.reshape(len(values), self._fronts.size, self._fronts.size)
-        fronts.factorize(self._fronts, blocks, smallest, self._factor)
+        kernel = kernels.factorize if len(self._run_starts) > 2 else kernels.factorize.alone
+        shape = self._fronts, self._run_starts, self._runs
+        kernel(*shape, blocks, smallest, self._kept, self._factor)
 
     def solve(self, right):
         """(n,) f8, the solution for one right-hand side."""
@@ -83,8 +93,8 @@ def _adjacency(entries, n):
     return graph
 
 
-def _fronts_of(entries, n, size):
-    """`Fronts` of a pattern in the order of elimination; i <= j in each entry."""
+def _fronts_of(entries, n, size, threads):
+    """`Fronts` of a pattern in the order of elimination, and runs; i <= j in each entry."""
     graph = _adjacency(entries, n)
     parent = elimination.elimination_tree(graph.indptr, graph.indices)
     column_starts, column_rows = elimination.factor_structure(graph.indptr, graph.indices, parent)
@@ -104,7 +114,13 @@ def _fronts_of(entries, n, size):
     by_front = np.argsort(found[:, 0], kind="stable")
     entry_starts = np.searchsorted(found[by_front, 0], np.arange(len(own) + 1))
     rows_of_front = size * (own + counts)
-    return Fronts(
+    work = _work(size * own, size * counts)
+    run_starts, runs, roots = _runs_of(above, work, threads if work.sum() > PARALLEL else 1)
+    left = (size * counts) ** 2
+    kept = np.full(len(own), -1)
+    kept[roots] = np.cumsum(left[roots]) - left[roots]
+    children = np.argsort(above, kind="stable")[np.count_nonzero(above < 0) :]
+    shape = Fronts(
         size,
         firsts,
         above,
@@ -114,9 +130,45 @@ def _fronts_of(entries, n, size):
         np.concatenate(([0], np.cumsum(size * own * rows_of_front))),
         entry_starts,
         np.column_stack((by_front, found[by_front, 1:])).astype(np.int32),
+        np.searchsorted(above[children], np.arange(len(own) + 1)),
+        children.astype(np.int32),
+        kept,
+        int(left[roots].sum()),
         int(rows_of_front.max(initial=0)),
-        _deepest(above, (size * counts) ** 2),
+        _deepest(above, left),
     )
+    return shape, run_starts, runs
+
+
+def _work(pivots, rows):
+    """Operations of fronts: those of the whole less those of what is left."""
+    return ((pivots + rows).astype(float) ** 3 - rows.astype(float) ** 3) / 3.0
+
+
+def _runs_of(above, work, threads):
+    """Fronts by the thread that takes them, and last those that wait for all others.
+
+    Returns:
+        (n_runs + 1,) i8 starts, (n_fronts,) i4 fronts, and the roots of the subtrees.
+    """
+    n = len(above)
+    whole, first = work.copy(), np.arange(n)
+    for s in range(n):  # of the subtree: its work, and its first front
+        if above[s] >= 0:
+            whole[above[s]] += whole[s]
+            first[above[s]] = min(first[above[s]], first[s])
+    if threads == 1:
+        return np.array([0, n]), np.arange(n, dtype=np.int32), np.empty(0, np.int64)
+    limit = PART * work.sum() / threads
+    heavy = whole > limit
+    roots = np.flatnonzero(~heavy & np.where(above >= 0, heavy[above], True))
+    loads, thread_of = np.zeros(threads), np.full(n, threads)
+    for root in roots[np.argsort(-whole[roots], kind="stable")]:
+        thread = int(np.argmin(loads))
+        loads[thread] += whole[root]
+        thread_of[first[root] : root + 1] = thread
+    starts = np.searchsorted(np.sort(thread_of), np.arange(threads + 2))
+    return starts, np.argsort(thread_of, kind="stable").astype(np.int32), roots
 
 
 def _deepest(above, left):

@@ -1,8 +1,9 @@
-"""Values of the sparse matrices of a large zone."""
+"""The sparse matrices of a large zone: values, and factors."""
 
 from numba import prange
 
-from izo_ref._jit import light_kernel
+from izo_ref._jit import cpu_kernel, light_kernel
+from izo_ref.serial.fronts import eliminate
 
 
 @light_kernel
@@ -26,3 +27,22 @@ def weighted_gram(
                     for column in range(3):
                         value = both * normals[j, row] * normals[j, column]
                         values_out[slot, row, column] += value
+
+
+@cpu_kernel
+def factorize(
+    # In:
+    fronts,  # Fronts
+    run_starts,  # (n_runs + 1,) i8, into runs
+    runs,  # (n_fronts,) i4, fronts that one thread takes; the last run follows all others
+    values,  # (n_values, size, size) f8
+    smallest,  # f8, pivots of this or less are left out
+    # Out:
+    kept_out,  # (fronts.n_kept,) f8
+    factor_out,  # (fronts.factor_starts[-1],) f8
+):
+    last = run_starts.shape[0] - 2
+    for run in prange(last):
+        chosen = runs[run_starts[run] : run_starts[run + 1]]
+        eliminate(fronts, chosen, values, smallest, kept_out, factor_out)
+    eliminate(fronts, runs[run_starts[last] :], values, smallest, kept_out, factor_out)

@@ -28,8 +28,12 @@ class Fronts(NamedTuple):
     factor_starts: np.ndarray  # (n_fronts + 1,) i8, into the factor's numbers
     entry_starts: np.ndarray  # (n_fronts + 1,) i8, into entries
     entries: np.ndarray  # (n_entries, 3) i4, the value's number, row and column in the front
+    child_starts: np.ndarray  # (n_fronts + 1,) i8, into children
+    children: np.ndarray  # i4, fronts whose rest each front takes, ascending
+    kept: np.ndarray  # (n_fronts,) i8, where among the numbers kept its rest is; -1: on a stack
+    n_kept: int  # numbers kept: what one thread leaves for the last
     largest: int  # rows of the largest front
-    deepest: int  # numbers on the stack at most
+    deepest: int  # numbers on a stack at most
 
 
 @compiled
@@ -55,52 +59,64 @@ def _add_rest(b, places, rest, front):
 
 
 @compiled
-def factorize(fronts, values, smallest, factor_out):
-    """Factor the matrix of these values.
+def _take_rest(fronts, s, top, stack, kept, front):
+    """Add what the children of a front left over; returns the new top of the stack."""
+    b = fronts.size
+    for c in range(fronts.child_starts[s + 1] - 1, fronts.child_starts[s] - 1, -1):
+        child = fronts.children[c]
+        places = fronts.places[fronts.starts[child] : fronts.starts[child + 1]]
+        left = b * places.shape[0]
+        at = fronts.kept[child]
+        if at >= 0:
+            rest = kept[at : at + left * left]
+        else:
+            top -= left * left
+            rest = stack[top : top + left * left]
+        _add_rest(b, places, rest.reshape((left, left)), front)
+    return top
+
+
+@compiled
+def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
+    """Factor some fronts, one after the other.
 
     Args:
         fronts: `Fronts`.
+        chosen: (n,) i4, fronts in ascending order; all below them are among them, or have
+            been eliminated before and kept.
         values: (n_values, size, size) f8, blocks of the upper triangle. Blocks off the
             diagonal are taken for symmetric, so that their side does not matter.
         smallest: pivots of this or less are left out, see `partial_cholesky`.
+        kept_out: (n_kept,) f8, what fronts above that are not among the chosen will take.
         factor_out: (factor_starts[-1],) f8, for each front the rows of its pivots.
     """
     b = fronts.size
-    work, stack = np.empty(fronts.largest**2), np.empty(fronts.deepest)
-    below, depth = np.empty(fronts.above.shape[0], np.int32), 0  # fronts on the stack
-    top = 0
-    for s in range(fronts.above.shape[0]):
-        rows = fronts.starts[s + 1] - fronts.starts[s]
+    work, stack, top = np.empty(fronts.largest**2), np.empty(fronts.deepest), 0
+    for c in range(chosen.shape[0]):
+        s = chosen[c]
         pivots = b * (fronts.firsts[s + 1] - fronts.firsts[s])
-        n = pivots + b * rows
+        n = pivots + b * (fronts.starts[s + 1] - fronts.starts[s])
         front = work[: n * n].reshape((n, n))
         for i in range(n):
             row = front[i]
-            for j in range(i, n):
-                row[j] = 0.0
-            for j in range(i // b * b, i):  # blocks on the diagonal are written whole
+            for j in range(i // b * b, n):  # blocks on the diagonal are written whole
                 row[j] = 0.0
         _add_entries(fronts, values, fronts.entry_starts[s], fronts.entry_starts[s + 1], front)
-        while depth > 0 and fronts.above[below[depth - 1]] == s:
-            depth -= 1
-            child = below[depth]
-            places = fronts.places[fronts.starts[child] : fronts.starts[child + 1]]
-            left = b * places.shape[0]
-            top -= left * left
-            _add_rest(b, places, stack[top : top + left * left].reshape((left, left)), front)
+        top = _take_rest(fronts, s, top, stack, kept_out, front)
         partial_cholesky(front, n, pivots, smallest)
         at = fronts.factor_starts[s]
         factor_out[at : at + pivots * n] = work[: pivots * n]
-        if rows > 0:
-            left = n - pivots
-            rest = stack[top : top + left * left].reshape((left, left))
-            for i in range(left):
-                source, target = front[pivots + i], rest[i]
-                for j in range(i, left):
-                    target[j] = source[pivots + j]
+        left = n - pivots
+        if fronts.kept[s] >= 0:
+            rest = kept_out[fronts.kept[s] : fronts.kept[s] + left * left]
+        else:
+            rest = stack[top : top + left * left]
             top += left * left
-            below[depth] = s
-            depth += 1
+        rest = rest.reshape((left, left))
+        for i in range(left):
+            source, target = front[pivots + i], rest[i]
+            for j in range(i, left):
+                target[j] = source[pivots + j]
 
 
 @compiled
@@ -143,7 +159,15 @@ def solve(fronts, factor, x):
         for k in range(pivots - 1, -1, -1):
             row = factor[at + k * n : at + (k + 1) * n]
             value = part[k]
-            for j in range(k + 1, n):
+            # four sums: one would wait for each addition
+            a, c, d = 0.0, 0.0, 0.0
+            whole = k + 1 + (n - k - 1) // 4 * 4
+            for j in range(k + 1, whole, 4):
                 value -= row[j] * part[j]
-            part[k] = value * row[k]
+                a += row[j + 1] * part[j + 1]
+                c += row[j + 2] * part[j + 2]
+                d += row[j + 3] * part[j + 3]
+            for j in range(whole, n):
+                value -= row[j] * part[j]
+            part[k] = (value - (a + c + d)) * row[k]
         x[first : first + pivots] = part[:pivots]
