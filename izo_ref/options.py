@@ -49,8 +49,9 @@ class Options:
         max_steps: [steps] of an augmented-Lagrangian method on one zone. Gradient descent
             takes tens of thousands where rows are nearly parallel; a preset takes no more
             than its system does.
-        precision: of the arrays of an augmented-Lagrangian method; `float32` ends at a
-            relative gap of about 1e-6, and residuals are float64 in either case.
+        precision: of the arrays of an augmented-Lagrangian method; residuals are float64 in
+            either case. `float32` ends at a relative gap of about 1e-6 and a violation of
+            1e-5 to 1e-4 of the thickness, whatever the tolerances.
         small_zone: [impacts], see `method`. An active-set solve costs the third power of
             the active impacts, an interior-point solve of this size 20 sparse
             factorisations.
