@@ -81,6 +81,72 @@ def _row_coupling(unknowns, coefficients, impact_offsets, n_vertices):
     return np.maximum(np.maximum.reduceat(row_sums, impact_offsets[:-1]), 1.0)
 
 
+class Layout(NamedTuple):
+    """Where a zone's numbers are: its vertices, then one more that all pinned ones share."""
+
+    nodes: np.ndarray  # (n_impacts, 4) u4, where the coordinates begin in the zone
+    row_offsets: np.ndarray  # (n_zones + 1,) i8, of unknowns
+    memory_offsets: np.ndarray  # (n_zones + 1,) i8, of the directions' memory
+    place: np.ndarray  # (n_free, 3) i8, unknowns of a vertex
+
+
+def _layout(system, rows, direction):
+    zones = np.arange(len(system.impact_offsets))
+    _, per_impact, per_vertex = _sizes(system)
+    first = np.repeat(system.vertex_offsets[:-1], per_impact)[:, None]
+    pinned = np.repeat(per_vertex, per_impact)[:, None]
+    nodes = 3 * np.where(rows.unknowns < 0, pinned, rows.unknowns - first)
+    row_offsets = 3 * (system.vertex_offsets + zones)
+    place = 3 * (np.arange(system.vertex_offsets[-1]) + np.repeat(zones[:-1], per_vertex))
+    vectors, numbers = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (3, 0)}.get(direction, (0, 0))
+    memory_offsets = vectors * row_offsets + numbers * zones
+    place = place[:, None] + np.arange(3)
+    return Layout(nodes.astype(np.uint32), row_offsets, memory_offsets, place)
+
+
+def _penalties(system, options, rows, preset):
+    """(mu, largest mu, first step) of each zone."""
+    ones = np.ones(len(system.impact_offsets) - 1)
+    if preset is not None:
+        first_steps = preset.step * ones + preset.step_per_vertex * np.diff(system.vertex_offsets)
+        return preset.mu * ones, preset.mu * ones, first_steps
+    n_free = system.vertex_offsets[-1]
+    coupling = _row_coupling(rows.unknowns, rows.coefficients, system.impact_offsets, n_free)
+    return *METHODS[options.method].penalties(options, coupling), ones
+
+
+def _launch(system, settings, scaled, layout, penalties, traces, dtype):
+    """Run the kernel; (x (n_free, 3), multipliers, steps) in the variables of `scaled`."""
+    n, m = layout.row_offsets[-1], len(layout.nodes)
+    curvatures = np.ones(n, dtype)
+    curvatures[layout.place] = scaled.curvatures[:, None]
+    x, multipliers = np.zeros(n, dtype), np.zeros(m, dtype)
+    steps = np.zeros(len(traces), np.int32)
+    kernels.solve_lagrangian(
+        system.impact_offsets,
+        layout.row_offsets,
+        layout.memory_offsets,
+        layout.nodes,
+        scaled.coefficients.astype(dtype),
+        system.normals.astype(dtype),
+        scaled.starts.astype(dtype),
+        scaled.metres.astype(dtype),
+        curvatures,
+        *penalties,
+        scaled.units,
+        settings,
+        x,
+        multipliers,
+        steps,
+        traces,
+        np.zeros((4, n), dtype),
+        np.zeros((3, m), dtype),
+        np.zeros(layout.memory_offsets[-1], dtype),
+        np.zeros((len(traces), 9)),
+    )
+    return x[layout.place], multipliers, steps
+
+
 def descend(
     system: ZoneSystem, options: Options, rows: ScaledRows, trace: bool = False
 ) -> SystemSolution:
@@ -88,61 +154,22 @@ def descend(
 
     With `trace` the solution has that of the first zone.
     """
-    n_free, n_zones = system.vertex_offsets[-1], len(system.impact_offsets) - 1
-    _, per_impact, per_vertex = _sizes(system)
+    n_zones = len(system.impact_offsets) - 1
     preset = PRESETS.get(options.preset)
     settings = chosen_settings(options, system.thickness)
-    if preset is None:
-        scaled = _own_scaling(system, rows)
-        coupling = _row_coupling(rows.unknowns, rows.coefficients, system.impact_offsets, n_free)
-        mus, mu_caps = METHODS[options.method].penalties(options, coupling)
-        first_steps = np.ones(n_zones)
-    else:
-        scaled = _preset_scaling(system, rows, preset)
-        mus = mu_caps = np.full(n_zones, preset.mu)
-        first_steps = preset.step_per_vertex * per_vertex + preset.step
-    # a zone's own numbers, and one vertex more at its end that all pinned ones share
-    first = np.repeat(system.vertex_offsets[:-1], per_impact)[:, None]
-    pinned = np.repeat(per_vertex, per_impact)[:, None]
-    nodes = 3 * np.where(rows.unknowns < 0, pinned, rows.unknowns - first)
-    row_offsets = 3 * (system.vertex_offsets + np.arange(n_zones + 1))
-    place = 3 * (np.arange(n_free) + np.repeat(np.arange(n_zones), per_vertex))
-    place = place[:, None] + np.arange(3)
-    curvatures = np.ones(row_offsets[-1])
-    curvatures[place] = scaled.curvatures[:, None]
-    vectors = {LBFGS: 2 * PAIRS, NEWTON: 3}.get(settings.direction, 0)
-    extra = 2 * PAIRS if settings.direction == LBFGS else 0
-    memory_offsets = vectors * row_offsets + extra * np.arange(n_zones + 1)
-    dtype = np.dtype(options.precision)
-    x, multipliers = np.zeros(row_offsets[-1], dtype), np.zeros(len(rows.rhs), dtype)
-    steps = np.zeros(n_zones, np.int32)
+    scaled = _preset_scaling(system, rows, preset) if preset else _own_scaling(system, rows)
     traces = np.zeros((n_zones, settings.max_steps if trace else 0, 2))
-    kernels.solve_lagrangian(
-        system.impact_offsets,
-        row_offsets,
-        memory_offsets,
-        nodes.astype(np.uint32),
-        scaled.coefficients.astype(dtype),
-        system.normals.astype(dtype),
-        scaled.starts.astype(dtype),
-        scaled.metres.astype(dtype),
-        curvatures.astype(dtype),
-        mus,
-        mu_caps,
-        first_steps,
-        scaled.units,
+    x, multipliers, steps = _launch(
+        system,
         settings,
-        x,
-        multipliers,
-        steps,
+        scaled,
+        _layout(system, rows, settings.direction),
+        _penalties(system, options, rows, preset),
         traces,
-        np.zeros((4, len(x)), dtype),
-        np.zeros((3, len(multipliers)), dtype),
-        np.zeros(memory_offsets[-1], dtype),
-        np.zeros((n_zones, 9)),
+        np.dtype(options.precision),
     )
     displacements = np.zeros_like(system.targets)
-    displacements[:n_free] = scaled.lengths[:, None] * x[place]
+    displacements[: len(x)] = scaled.lengths[:, None] * x
     multipliers = scaled.forces * multipliers
     return SystemSolution(
         system.targets + displacements,

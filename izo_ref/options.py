@@ -52,8 +52,9 @@ class Options:
         max_steps: [steps] of an augmented-Lagrangian method, or sweeps, on one zone.
             Gradient descent takes tens of thousands where rows are nearly parallel; a preset
             takes no more than its system does.
-        precision: of the arrays of an augmented-Lagrangian method and of sweeps; `float32`
-            ends at a relative gap of about 1e-6, and residuals are float64 in either case.
+        precision: of the arrays of an augmented-Lagrangian method and of sweeps; residuals
+            are float64 in either case. `float32` ends at a relative gap of about 1e-6 and a
+            violation of 1e-5 to 1e-4 of the thickness, whatever the tolerances.
         small_zone: [impacts], see `method`. Block pivoting factors dense matrices of the
             active impacts: 50 ms and 16 MB for a random zone of 1024.
         active_set_zone: [impacts], see `method`. An active set takes one step for each

@@ -178,8 +178,10 @@ def next_multipliers(zone, settings, found, mu_cap, iteration):
 
 @compiled
 def is_over(zone, settings, found, largest_start, iteration):
-    """Solved; or nothing left but rounding; or no progress for long."""
+    """Solved; or nothing left but rounding; or no progress for long; or diverging."""
     state = zone.state
+    if not found.objective < 1e30:  # of units of 1; its square is still a float32
+        return True
     if settings.faithful:
         return found.error == 0.0 and found.shift_sq == 0.0
     gap = 0.5 * found.error + found.products
@@ -202,17 +204,24 @@ def is_over(zone, settings, found, largest_start, iteration):
 
 
 @compiled
+def begin(zone, mu, first_step):
+    """State and constraints at x = 0; returns the largest of these."""
+    state, largest = zone.state, 0.0
+    state[MU], state[STEP], state[OMEGA] = mu, first_step, 1.0
+    state[WORST], state[BEST] = math.inf, math.inf
+    for j in range(zone.starts.size):
+        zone.constraints[j] = zone.starts[j]
+        largest = max(largest, abs(zone.starts[j]))
+    return largest
+
+
+@compiled
 def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
     """Run the loop on one zone from x = 0; returns the number of steps.
 
     `unit` makes the objective kg m^2 for `trace_out`, (steps, 2) f8 or empty.
     """
-    state, largest_start = zone.state, 0.0
-    state[MU], state[STEP], state[OMEGA] = mu, first_step, 1.0
-    state[WORST], state[BEST] = math.inf, math.inf
-    for j in range(zone.starts.size):
-        zone.constraints[j] = zone.starts[j]
-        largest_start = max(largest_start, abs(zone.starts[j]))
+    state, largest_start = zone.state, begin(zone, mu, first_step)
     learns = settings.direction == CG or settings.direction == LBFGS
     # `fresh`: the multipliers are new and x is not, so it has been judged
     iteration, idle, fresh, restart, change = np.int64(0), True, False, True, 0.0

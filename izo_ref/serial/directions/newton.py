@@ -2,9 +2,8 @@
 
 Solved by conjugate gradients without a matrix, so the size of a zone does not matter and
 neither does the target. From p = 0 every iterate is a direction of descent, so an inexact
-solve is safe. They are preconditioned with w: what is left then is the identity and as many
-eigenvalues more as rows are active, which the diagonal of H spreads (three times the
-products on random zones of 16 impacts).
+solve is safe. They are preconditioned with w: what is left is the identity and as many other
+eigenvalues as rows are active, which the diagonal of H would spread.
 
 Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 7.1; L. Qi, J. Sun,
 A nonsmooth version of Newton's method (1993).
