@@ -4,7 +4,8 @@ import numpy as np
 
 from izo_ref.cpu import zones as kernels
 from izo_ref.descent import descend
-from izo_ref.interior_point import FARTHEST, Zone, interior_point
+from izo_ref.interior_point import FARTHEST
+from izo_ref.large_zone import LargeZone, solve_large_zone
 from izo_ref.options import LAGRANGIAN, SWEEPS, Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.rows import SystemSolution, scaled_rows
@@ -12,8 +13,8 @@ from izo_ref.serial.small_zone import ACTIVE_SET, BLOCK_PIVOT, CLOSED_FORM, Limi
 from izo_ref.sweep import sweep
 from izo_ref.zones import ZoneSystem, problem_system
 
-INTERIOR_POINT = 3
-METHODS = np.array(["closed-form", "block-pivot", "active-set", "interior-point"])
+INTERIOR_POINT, APGS = 3, 4
+METHODS = np.array(["closed-form", "block-pivot", "active-set", "interior-point", "apgs"])
 SERIAL_WORK = 10_000  # [impacts^2], of zones of 64 impacts 35 us for 4096
 
 
@@ -29,7 +30,6 @@ def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> S
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
         FARTHEST,
-        options.active_set_zone,
     )
     codes, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
     scaled, steps = np.empty(len(rows.rhs)), np.zeros(n_zones, np.int32)
@@ -60,8 +60,9 @@ def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> S
     large = ~solved & (options.method in ("auto", "interior-point"))
     active = scaled > 0.0
     for zone in np.flatnonzero(large):
-        codes[zone] = INTERIOR_POINT
-        solved[zone] = _solve_large(system, options, rows, zone, z, scaled, active, steps)
+        codes[zone], solved[zone] = _solve_large(
+            system, options, rows, zone, z, scaled, active, steps
+        )
     if rows.hopeless.any():
         solved &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
     displacements = (1.0 / np.sqrt(system.masses))[:, None] * z
@@ -88,25 +89,32 @@ def _small_zones(system, options):
 
 
 def _solve_large(system, options, rows, zone, z, scaled, active, steps):
-    """Interior point for one zone; writes its part of the arrays, returns feasible."""
+    """One zone on its own; writes its part of the arrays, returns method and solved."""
     own = slice(*system.impact_offsets[zone : zone + 2])
     vertices = slice(*system.vertex_offsets[zone : zone + 2])
     if not rows.rhs[own].max() > 0.0:
         z[vertices], scaled[own], active[own] = 0.0, 0.0, False
-        return True
+        return INTERIOR_POINT, True
     local = np.where(rows.unknowns[own] < 0, -1, rows.unknowns[own] - vertices.start)
-    n_vertices = vertices.stop - vertices.start
-    large = Zone(local, rows.coefficients[own], system.normals[own], rows.rhs[own], n_vertices)
-    solution, scaled[own], steps[zone], feasible = interior_point(
+    large = LargeZone(
+        local,
+        rows.coefficients[own],
+        system.normals[own],
+        rows.rhs[own],
+        rows.lengths[own],
+        vertices.stop - vertices.start,
+    )
+    solution, scaled[own], method, steps[zone], solved = solve_large_zone(
         large,
         options.gap_tolerance,
-        options.violation_tolerance * system.thickness / rows.lengths[own].max(),
+        options.violation_tolerance * system.thickness,
+        options.method == "auto",
     )
     active[own] = scaled[own] > large.matrix @ solution - rows.rhs[own]
     z[vertices] = solution.reshape(-1, 3)
     if (rows.unknowns[own] >= 0).all():
         _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))
-    return feasible
+    return (APGS if method == "apgs" else INTERIOR_POINT), solved
 
 
 def _keep_centre(z, sqrt_masses):

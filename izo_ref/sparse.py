@@ -9,8 +9,6 @@ from izo_ref.serial.fronts import Fronts
 
 # Operations from which a second thread pays; waking it takes some 10 us.
 PARALLEL = 2e6
-# Subtrees are split until the heaviest is at most this part of what a thread has to do.
-PART = 0.25
 
 
 class SparseCholesky:
@@ -159,8 +157,8 @@ def _runs_of(above, work, threads):
             first[above[s]] = min(first[above[s]], first[s])
     if threads == 1:
         return np.array([0, n]), np.arange(n, dtype=np.int32), np.empty(0, np.int64)
-    limit = PART * work.sum() / threads
-    heavy = whole > limit
+    # the largest that do not leave a thread idle: what waits for all others is one thread's
+    heavy = whole > work.sum() / threads
     roots = np.flatnonzero(~heavy & np.where(above >= 0, heavy[above], True))
     loads, thread_of = np.zeros(threads), np.full(n, threads)
     for root in roots[np.argsort(-whole[roots], kind="stable")]:

@@ -86,9 +86,12 @@ def test_the_active_set_goes_on_from_its_guess():
     assert np.linalg.norm(both.displacements - alone.displacements) <= 1e-13 * size
 
 
-def test_larger_zones_go_to_the_interior_point_when_it_gives_up():
+def test_larger_zones_are_solved_on_their_own():
     zone = random_zone(np.random.default_rng(9), 64, 1e3)
     system, _ = problem_system([zone])
-    assert solve_system(system, Options(active_set_zone=64)).methods[0] == "active-set"
-    assert solve_system(system, Options(active_set_zone=63)).methods[0] == "interior-point"
+    assert solve_system(system, Options(small_zone=64)).methods[0] == "active-set"
     assert solve_system(system, Options(small_zone=63)).methods[0] == "interior-point"
+    zone = random_problem(np.random.default_rng(9), 64)
+    system, _ = problem_system([zone])
+    assert solve_system(system, Options(small_zone=64)).methods[0] == "block-pivot"
+    assert solve_system(system, Options(small_zone=63)).methods[0] == "apgs"

@@ -25,6 +25,7 @@ FLOORS = [
         "problem",
         "solve",
         "interior_point",
+        "large_zone",
         "descent",
         "methods",
         "rows",

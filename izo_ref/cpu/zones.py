@@ -107,7 +107,7 @@ def solve_sweeps(
     gap_tolerance,  # f8, relative
     violation_tolerance,  # f8  [m]
     # Out:
-    multipliers_out,  # (n_impacts,), of the unit rows
+    multipliers_out,  # (n_impacts,), of the unit rows; where to begin on entry
     z_out,  # (n_unknowns, 3)
     steps_out,  # (n_zones,) i4
     trace_out,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] after each sweep; k = 0: none

@@ -74,7 +74,8 @@ def sweeps(
         max_sweeps: at most.
         gap_tolerance: relative duality gap to reach.
         violation_tolerance: [m].
-        multipliers_out: (n_impacts,), u; begin..end are written, from 0.
+        multipliers_out: (n_impacts,), u; begin..end are written. On entry they are where to
+            begin.
         z_out: (n_unknowns, 3); first..last are written.
         trace_out: (n, 2): after each sweep 1/2 |z|^2 and the largest violation [m]; as many
             as it has room for.
@@ -86,10 +87,10 @@ def sweeps(
     nodes, coefficients, normals = all_nodes[rows], all_coefficients[rows], all_normals[rows]
     s, metres, u = rhs[rows], all_metres[rows], multipliers_out[rows]
     z = z_out[first:last].reshape(3 * (last - first))
-    diagonal, before = np.zeros_like(u), np.zeros_like(u)
-    u[:] = 0.0
-    z[:] = 0.0
+    diagonal, before = np.zeros_like(u), np.empty_like(u)
+    pull(first, nodes, coefficients, normals, u, z)
     for j in range(u.shape[0]):
+        before[j] = u[j]
         for k in range(4):
             if nodes[j, k] >= 0:
                 diagonal[j] += coefficients[j, k] ** 2

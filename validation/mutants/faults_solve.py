@@ -122,9 +122,9 @@ SOLVERS = [
     Fault(
         "fronts-forget-what-is-below",
         "izo_ref/serial/fronts.py",
-        "        while depth > 0 and fronts.above[below[depth - 1]] == s:\n",
-        "        if depth > 0 and fronts.above[below[depth - 1]] == s:\n",
-        "of the fronts below a front, only the last is added to it",
+        "    for c in range(fronts.child_starts[s + 1] - 1, fronts.child_starts[s] - 1, -1):\n",
+        "    for c in range(fronts.child_starts[s + 1] - 1, fronts.child_starts[s], -1):\n",
+        "of the fronts below a front, the first is not added to it",
         ("tests/test_sparse.py",),
     ),
     Fault(
