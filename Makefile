@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-all lint lock clean
+.PHONY: demo test test-all report report-quick lint lock clean
 
 demo: .venv/demo.done
 	$(BIN)/izo demo
@@ -12,6 +12,14 @@ test: .venv/dev.done lint
 
 test-all: .venv/dev.done lint
 	$(BIN)/python -m pytest --slow
+
+# Error against time: reports/index.html; rows that are there are kept.
+report: .venv/dev.done
+	$(BIN)/python -m validation report
+
+# A few cells of each, to see that it works: reports/quick/index.html, in under 3 minutes.
+report-quick: .venv/dev.done
+	$(BIN)/python -m validation report --quick
 
 lint: .venv/dev.done
 	$(BIN)/ruff check .

@@ -96,7 +96,9 @@ def default_rows(measured) -> list[dict]:
         fixed = {m: r for m, r in measured.fixed(family, 1e-9).items() if r}
         rivals = [row["seconds"] for row in (*fixed.values(), library) if row]
         best_fixed = min(fixed.values(), key=lambda row: row["seconds"], default=None)
-        ratio = _ratio(default, library)
+        many = max((r["threads"] for r in measured.of(family, solver="auto")), default=1)
+        together = measured.own(family, 1e-9, threads=many, solver="auto") or default
+        ratio, ratio_many = _ratio(default, library), _ratio(together, library)
         row = {
             "family": str(family),
             "impacts": family.size,
@@ -110,6 +112,9 @@ def default_rows(measured) -> list[dict]:
             "ratio_alone": _ratio(alone, library),
             "target": wanted and wanted[0],
             "met": _met(ratio, wanted),
+            "threads": together and together["threads"],
+            "ratio_many": ratio_many,
+            "met_many": _met(ratio_many, wanted),
             "met_12": _met(_ratio(closer, library), wanted),
             "fixed": best_fixed and best_fixed["solver"],
             "fixed_s": _seconds(best_fixed),

@@ -128,7 +128,10 @@ def _variants(family, quick):
             # on 24,000 impacts no inner solve of the others ends in the steps allowed: mu stays
             grows = direction == "newton" or family.size < HUGE_IMPACTS
             for penalty in ("fixed", "grown") if grows else ("fixed",):
-                cells.append(Cell(name, direction, "exact", "inner-solve", penalty, tolerance=1e-6))
+                for tolerance in (1e-6, 1e-9) if direction == "newton" else (1e-6,):
+                    cells.append(
+                        Cell(name, direction, "exact", "inner-solve", penalty, tolerance=tolerance)
+                    )
             for tolerance in TOLERANCES[:2]:
                 cells.append(
                     Cell(name, direction, "exact", "every-step", "fixed", "float32", tolerance)
