@@ -6,6 +6,7 @@ import pytest
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem
 from izo_ref.rows import scaled_rows
+from izo_ref.serial.active_set import active_set
 from izo_ref.serial.block_pivot import block_pivot
 from izo_ref.serial.rows import NOT_CONVERGED, SOLVED
 from izo_ref.solve import solve_system
@@ -54,17 +55,41 @@ def test_conditions_of_optimality(rng, n):
     assert np.abs(slack[u > 0.0]).max(initial=0.0) <= 1e-14 * size
 
 
-def test_where_it_gives_up_it_says_so(rng):
-    """Rows nearly parallel, duplicated and opposed: each answer holds, or is none."""
+def test_where_it_gives_up_it_says_so():
+    """Rows nearly parallel, duplicated and opposed, with rhs over many decades: each answer
+    holds, every row to its own rounding, or is none."""
     statuses = []
-    for number in range(100):
-        zone = random_zone(np.random.default_rng([7, number]), 16, 1e6)
-        status, _, z, rows, system = pivoted(zone)
+    for number in range(400):
+        zone = random_zone(np.random.default_rng([7, number]), 16, 1e12)
+        status, u, z, rows, system = pivoted(zone)
         statuses.append(status)
         if status == SOLVED:
-            slack = dense(rows, system) @ z.ravel() - rows.rhs
-            assert slack.min() >= -1e-13 * np.abs(rows.rhs).max()
+            matrix = dense(rows, system)
+            size = np.abs(rows.rhs) + np.abs(matrix) @ np.abs(z.ravel())
+            slack = (matrix @ z.ravel() - rows.rhs) / size
+            assert slack.min() >= -1e-14, number
+            assert np.abs(slack[u > 0.0]).max() <= 1e-14, number
     assert set(statuses) == {SOLVED, NOT_CONVERGED}, "both occur in such zones"
+
+
+@pytest.mark.parametrize("n", [8, 40])
+def test_the_active_set_minds_no_guess(rng, n):
+    """All rows, which has multipliers of both signs, none, and half of them."""
+    zone = random_problem(rng, n)
+    system, _ = problem_system([zone])
+    rows = scaled_rows(system)
+    data = rows.unknowns, rows.coefficients, system.normals, rows.rhs
+    answers = []
+    for guess in (np.zeros(n), np.ones(n), (np.arange(n) % 2).astype(float)):
+        u, z = guess.copy(), np.full((len(system.targets), 3), np.nan)
+        status, steps = active_set(0, n, 0, len(z), *data, u, z)
+        assert status == SOLVED
+        assert (u >= 0.0).all()
+        assert steps >= np.count_nonzero(u) - np.count_nonzero(guess)
+        answers.append((u, z))
+    for u, z in answers[1:]:
+        np.testing.assert_allclose(z, answers[0][1], atol=1e-14 * np.abs(rows.rhs).max())
+        np.testing.assert_allclose(u, answers[0][0], atol=1e-13 * np.abs(u).max())
 
 
 def test_what_nothing_satisfies_is_not_solved():

@@ -2,7 +2,9 @@
 
 The closest point to zero with C z >= s: minimise |E u - f| over u >= 0 with E = [C^T; s^T]
 and f = (0, ..., 0, 1). With the residual r = E u - f, the point is z = -r_head / r_last;
-r_last = 0 means that no point satisfies the constraints.
+r_last = 0 means that no point satisfies the constraints. Rounding leaves some 1e-16 there, so
+less than NOTHING counts as 0: the point would be a million times as far off as the largest
+violation.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974), 23.4.
 """
@@ -12,6 +14,8 @@ import time
 import numpy as np
 
 from validation.oracles.answer import Answer, no_answer, scaled_zone
+
+NOTHING = 1e-12  # |r|^2 = -r_last, and 1 / r_last = -(1 + |z|^2)
 
 
 def solve(problem, max_iterations=None) -> Answer:
@@ -27,7 +31,7 @@ def solve(problem, max_iterations=None) -> Answer:
     except RuntimeError as error:
         return no_answer(problem, str(error), time.perf_counter() - begin)
     residual = matrix @ u - target
-    if not residual[-1] < 0.0:
+    if not residual[-1] < -NOTHING:
         return no_answer(problem, "no feasible point", time.perf_counter() - begin)
     z = -residual[:-1] / residual[-1]
     multipliers = zone.multipliers(u / -residual[-1])
