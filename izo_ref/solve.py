@@ -15,7 +15,8 @@ from izo_ref.zones import ZoneSystem, problem_system
 
 INTERIOR_POINT, APGS = 3, 4
 METHODS = np.array(["closed-form", "block-pivot", "active-set", "interior-point", "apgs"])
-SERIAL_WORK = 10_000  # [impacts^2], of zones of 64 impacts 35 us for 4096
+# Some 5 ns each: a zone of n impacts is n (n + 60) of them, or a little more.
+SERIAL_WORK = 20_000
 
 
 def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> SystemSolution:
@@ -30,13 +31,15 @@ def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> S
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
         FARTHEST,
+        options.active_set_zone,
     )
     codes, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
     scaled, steps = np.empty(len(rows.rhs)), np.zeros(n_zones, np.int32)
     z = np.zeros((len(system.targets), 3))
     small, first_tried = _small_zones(system, options)
     # a launch over all threads pays from some 100 us of work on
-    work = (np.diff(system.impact_offsets)[small] ** 2).sum()
+    sizes = np.diff(system.impact_offsets)[small]
+    work = (sizes * (sizes + 60)).sum()
     kernel = kernels.solve_small_zones
     (kernel if work > SERIAL_WORK else kernel.alone)(
         small,

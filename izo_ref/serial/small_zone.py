@@ -16,11 +16,12 @@ ACTIVE_SET = 2
 
 
 class Limits(NamedTuple):
-    """What counts as solved."""
+    """What counts as solved, and what is tried."""
 
     gap: float  # largest relative duality gap
     violation: float  # [m], largest violation
     farthest: float  # |z| over the largest rhs: beyond, a solution is of no use to anybody
+    active_set: int  # [impacts], largest zone whose block pivoting an active set goes on from
 
 
 @compiled
@@ -102,7 +103,7 @@ def solve_small_zone(
         )
     else:
         multipliers_out[begin:end] = 0.0
-    if method == ACTIVE_SET or status != SOLVED:
+    if method == ACTIVE_SET or (status != SOLVED and n <= limits.active_set):
         method = ACTIVE_SET
         status, steps = active_set(
             begin,
