@@ -211,6 +211,17 @@ def test_a_process_that_dies_or_hangs_leaves_failures(family, limit, message, mo
     assert {row["message"] for row in rows} == {message}
 
 
+def test_what_a_run_said_is_kept_with_how_long_it_took(tmp_path, monkeypatch):
+    monkeypatch.setattr(scaling, "run", lambda folder, quick, say: say("a size is measured"))
+    lines = []
+    for _ in range(2):
+        start.write_report(tmp_path, "the command", True, "scaling", False, lines.append)
+    kept = (tmp_path / "rows" / start.LOG).read_text().splitlines()
+    assert kept == lines
+    assert kept[:2] == ["run 1: the command", "a size is measured"]
+    assert re.fullmatch(r"scaling: done in \d+ s", kept[2])
+
+
 def test_the_peak_of_memory_is_seen():
     """In a process of its own: the peak of this one may be far above by now."""
     code = (

@@ -1,6 +1,7 @@
 """The report as a whole: run what is missing, write every page, and the page to begin with."""
 
 import html
+import time
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -21,6 +22,7 @@ OTHERS = {
     "mutants.md": "deliberate faults, and whether the tests notice",
 }
 HEADLINES = 5
+LOG = "report.log"  # beside the rows: what the runs said, and how long each study took
 
 
 def write_report(output, command, quick, only, pages_only, say):
@@ -42,11 +44,16 @@ def write_report(output, command, quick, only, pages_only, say):
     folder = output / "rows"
     wanted = [only] if only else list(STUDIES)
     if not pages_only:
-        rows.begin_run(folder, command, quick)
-        for name in wanted:
-            study = _module("study", name)
-            if study is not None:
-                study.run(folder, quick, say)
+        run = rows.begin_run(folder, command, quick)
+        with (folder / LOG).open("a") as log:
+            tell = _teller(say, log)
+            tell(f"run {run}: {command}")
+            for name in wanted:
+                study = _module("study", name)
+                if study is not None:
+                    begin = time.perf_counter()
+                    study.run(folder, quick, tell)
+                    tell(f"{name}: done in {time.perf_counter() - begin:.0f} s")
     for name in wanted:
         _write_page(name, folder, output)
     for name in set(STUDIES) - set(wanted):
@@ -54,6 +61,16 @@ def write_report(output, command, quick, only, pages_only, say):
             _write_page(name, folder, output)
     _start_page(folder, output)
     return output / "index.html"
+
+
+def _teller(say, log):
+    """`say`, which also writes to a file, line by line."""
+
+    def tell(line):
+        say(line)
+        print(line, file=log, flush=True)
+
+    return tell
 
 
 def _module(kind, name):
@@ -87,7 +104,7 @@ def _start_page(folder, output):
         ("In five figures", _tiles(folder)),
         ("Pages", f"<ul>{pages}</ul>"),
         ("Other reports", f"<ul>{others}</ul>"),
-        ("Runs", _runs(folder)),
+        ("Runs", _runs(folder) + site.paragraph(f"What they said: rows/{LOG}.")),
     ]
     known = rows.runs(folder)
     quick = [run for run in known if run["quick"]]
