@@ -67,9 +67,9 @@ def headlines(rows_folder) -> list[tuple[str, str, str]]:
             (
                 "The default against the fastest library",
                 f"{slowest:.2g} to {fastest:.2g} times as fast",
-                f"At a gap of 1e-9, by impacts of a zone ({ratios}), on up to {threads} threads; "
-                f"libraries take one zone and one thread. {met_many} of {len(rows)} targets met, "
-                f"{met} on one thread.",
+                f"At a gap of 1e-9, by impacts of a zone ({ratios}), with {threads} threads where "
+                f"zones are many or large; libraries take one zone and one thread. "
+                f"{met_many} of {len(rows)} targets met, {met} on one thread.",
             )
         )
     count = counts(measured)
