@@ -103,6 +103,9 @@ def is_entangled(zone):
 
     n = zone.n_vertices
     free = zone.nodes >= 0
+    lowest = np.where(free, zone.nodes, n).min(axis=1)
+    if np.mean((zone.nodes.max(axis=1) - lowest) ** 2.0) <= (ENTANGLED * n) ** 2:
+        return False  # the order that is there does it, as the one along a curve mostly
     starts = np.concatenate(([0], np.cumsum(free.sum(axis=1))))
     ones = np.ones(starts[-1], np.int32)
     rows = csr_array((ones, zone.nodes[free], starts), shape=(len(zone.nodes), n))

@@ -34,8 +34,8 @@ class Options:
         relinearize_gain: a round pays if it lowers the objective by this fraction at
             least; else it is the last.
         method: how a zone is solved; `auto` takes the closed form for one impact; block
-            pivoting up to `small_zone` impacts and, where that gives up, `active-set` up to
-            `active_set_zone`; for all others `apgs` where it is fast, else `interior-point`.
+            pivoting up to `small_zone` impacts and, where that gives up, `active-set`; for
+            all others `apgs` where it is fast, else `interior-point`.
             Of the augmented Lagrangian (SPEC 3 and 4): `gradient`, `jacobi`, `chebyshev`,
             `cg`, `lbfgs`, `newton`. Sweeps over the multipliers: `pgs`, and
             accelerated, `apgs`.
@@ -56,11 +56,9 @@ class Options:
             are float64 in either case. `float32` ends at a relative gap of about 1e-6 and a
             violation of 1e-5 to 1e-4 of the thickness, whatever the tolerances.
         small_zone: [impacts], see `method`. Block pivoting factors dense matrices of the
-            active impacts: 1 ms for a random zone of 256, 45 ms for one of 1024, where
-            sweeps take 15.
-        active_set_zone: [impacts], see `method`. It takes a step for each row that block
-            pivoting did not find: 4 ms for 256 impacts with redundant rows, where the
-            interior point takes 13; 60 ms against 12 for a pile of 490.
+            active impacts, an active set takes a step for each row that block pivoting did
+            not find: 1 and 4 ms for 256 impacts, random and redundant, where the interior
+            point takes 12 and 13; 20 and 60 ms for a pile of 490, against 13.
         gap_tolerance: relative duality gap at which a zone counts as solved.
         violation_tolerance: largest violation, as a fraction of the thickness, at which a
             zone counts as solved.
@@ -80,8 +78,7 @@ class Options:
     preset: str | None = None
     max_steps: int = 100_000
     precision: str = "float64"
-    small_zone: int = 512
-    active_set_zone: int = 256
+    small_zone: int = 256
     gap_tolerance: float = 1e-9
     violation_tolerance: float = 1e-9
     thickness_fraction: float = 1e-3

@@ -27,12 +27,8 @@ def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> S
     if options.method in SWEEPS:
         return sweep(system, options, rows, trace)
     n_zones = len(system.impact_offsets) - 1
-    limits = Limits(
-        options.gap_tolerance,
-        options.violation_tolerance * system.thickness,
-        FARTHEST,
-        options.active_set_zone,
-    )
+    violation_m = options.violation_tolerance * system.thickness
+    limits = Limits(options.gap_tolerance, violation_m, FARTHEST)
     codes, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
     scaled, steps = np.empty(len(rows.rhs)), np.zeros(n_zones, np.int32)
     z = np.zeros((len(system.targets), 3))

@@ -150,13 +150,13 @@ def _runs_of(above, work, threads):
         (n_runs + 1,) i8 starts, (n_fronts,) i4 fronts, and the roots of the subtrees.
     """
     n = len(above)
+    if threads == 1:
+        return np.array([0, n]), np.arange(n, dtype=np.int32), np.empty(0, np.int64)
     whole, first = work.copy(), np.arange(n)
     for s in range(n):  # of the subtree: its work, and its first front
         if above[s] >= 0:
             whole[above[s]] += whole[s]
             first[above[s]] = min(first[above[s]], first[s])
-    if threads == 1:
-        return np.array([0, n]), np.arange(n, dtype=np.int32), np.empty(0, np.int64)
     # the largest that do not leave a thread idle: what waits for all others is one thread's
     heavy = whole > work.sum() / threads
     roots = np.flatnonzero(~heavy & np.where(above >= 0, heavy[above], True))
@@ -171,11 +171,6 @@ def _runs_of(above, work, threads):
 
 def _deepest(above, left):
     """The most numbers that wait on the stack at a time."""
-    waiting = np.zeros(len(above), np.int64)  # for each front, what those below it left
-    depth = deepest = 0
-    for s in range(len(above)):
-        depth += int(left[s]) - int(waiting[s])
-        deepest = max(deepest, depth)
-        if left[s]:
-            waiting[above[s]] += left[s]
-    return deepest
+    taken = np.zeros(len(above))  # by each front, from those below it
+    np.add.at(taken, above[above >= 0], left[above >= 0])
+    return int((left - taken).cumsum().max(initial=0))

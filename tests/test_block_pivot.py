@@ -114,8 +114,7 @@ def test_the_active_set_goes_on_from_its_guess():
 def test_larger_zones_are_solved_on_their_own():
     zone = random_zone(np.random.default_rng(9), 64, 1e3)
     system, _ = problem_system([zone])
-    assert solve_system(system, Options(active_set_zone=64)).methods[0] == "active-set"
-    assert solve_system(system, Options(active_set_zone=63)).methods[0] == "interior-point"
+    assert solve_system(system, Options(small_zone=64)).methods[0] == "active-set"
     assert solve_system(system, Options(small_zone=63)).methods[0] == "interior-point"
     zone = random_problem(np.random.default_rng(9), 64)
     system, _ = problem_system([zone])

@@ -16,12 +16,11 @@ ACTIVE_SET = 2
 
 
 class Limits(NamedTuple):
-    """What counts as solved, and what is tried."""
+    """What counts as solved."""
 
     gap: float  # largest relative duality gap
     violation: float  # [m], largest violation
     farthest: float  # |z| over the largest rhs: beyond, a solution is of no use to anybody
-    active_set: int  # [impacts], largest zone whose block pivoting an active set goes on from
 
 
 @compiled
@@ -103,7 +102,7 @@ def solve_small_zone(
         )
     else:
         multipliers_out[begin:end] = 0.0
-    if method == ACTIVE_SET or (status != SOLVED and n <= limits.active_set):
+    if method == ACTIVE_SET or status != SOLVED:
         method = ACTIVE_SET
         status, steps = active_set(
             begin,
