@@ -25,14 +25,19 @@ class Limits(NamedTuple):
     call_s: float  # a call that takes longer is not made at larger sizes
     cell_s: float  # after which a cell begins with no further problem
     repeats_s: float  # for the repeats of one problem's call
+    compared_s: float  # the same, of dual methods and libraries, whose ratios are told
     repeats: int
     visits: float  # steps times impacts of all problems of a cell, of methods that count steps
     problems: int  # at most, of methods that count steps
 
 
 # 75 ns a visit: a cell of 1e7 is done in a second or so
-FULL = Limits(call_s=20.0, cell_s=1.0, repeats_s=0.1, repeats=5, visits=1e7, problems=3)
-QUICK = Limits(call_s=0.5, cell_s=0.2, repeats_s=0.02, repeats=3, visits=5e6, problems=2)
+FULL = Limits(
+    call_s=20.0, cell_s=1.0, repeats_s=0.1, compared_s=12.0, repeats=5, visits=1e7, problems=3
+)
+QUICK = Limits(
+    call_s=0.5, cell_s=0.2, repeats_s=0.02, compared_s=0.02, repeats=3, visits=5e6, problems=2
+)
 
 
 class Outcome(NamedTuple):
@@ -157,7 +162,7 @@ def _library(cell, bench, limits):
     for problem in bench.problems:
         zone = scaled_zone(problem)
         call, read = library.prepare(zone, cell.tolerance, limits.call_s)
-        timing = measure(call, limits.repeats, limits.repeats_s)
+        timing = measure(call, limits.repeats, limits.compared_s)
         found = read(timing.result)
         if found.z is None or found.multipliers is None:
             raise ArithmeticError(f"no answer: {found.says}")
@@ -173,10 +178,11 @@ def _own(cell, bench, limits, max_steps):
     problems = bench.problems[: limits.problems if max_steps else None]
     groups = [bench.many] if cell.mode == "batch" else [[problem] for problem in problems]
     spent = 0.0
+    budget_s = limits.compared_s if cell.kind == "dual" else limits.repeats_s
     with threads(cell.threads):
         for group in groups:
             call, read = own.prepare(group, options)
-            timing = measure(call, limits.repeats, limits.repeats_s)
+            timing = measure(call, limits.repeats, budget_s)
             for solved in read(timing.result):
                 seconds = timing.seconds / len(group)
                 yield Outcome(seconds, solved.displacements, solved.multipliers, solved.steps, "")
