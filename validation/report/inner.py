@@ -297,6 +297,8 @@ def _limits(measured):
         "duality gap says, not proved.",
         "A library's time is that of one zone a call from Python; from C it would be less on "
         "zones of a few impacts.",
+        "Times are medians of five calls or more where these fit into the budget of a cell; a call "
+        "of seconds is made once.",
         "Threads are Numba's; what libraries and BLAS start by themselves is not held back.",
         f"Two threads are timed on many small zones, and on zones of {LARGE_IMPACTS} impacts or "
         f"more. {', '.join(DIRECTIONS)} are timed one zone a call on one thread.",
