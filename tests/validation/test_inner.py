@@ -13,7 +13,7 @@ from validation.scenes.piles import chain_zone, pinch_zone, stack_zone
 from validation.scenes.zones import random_zone
 from validation.study import convergence, inner, own
 from validation.study.cells import LIBRARY, Cell, plan
-from validation.study.families import QUICK, Family, synthetic
+from validation.study.families import QUICK, Family, recorded, synthetic
 from validation.study.timing import measure
 from validation.study.truth import Truth
 
@@ -32,6 +32,14 @@ def test_families_are_feasible_seeded_and_violated(family):
     assert solution.feasible
     assert solution.residuals.solved(1e-12, 1e-12)
     assert 0.9 * family.size <= len(problem.nodes) <= family.size
+
+
+@pytest.mark.data
+def test_zones_of_a_step_can_fill_a_call_with_many():
+    """A step ends in few zones of note; they repeat."""
+    family = next(family for family in recorded() if family.name == "end-crumple-10k")
+    many = [family.make(number) for number in range(2 * family.count + 1)]
+    assert many[0] is many[family.count] is many[-1]
 
 
 def test_a_chain_shares_vertices_with_its_neighbours_only(rng):
