@@ -20,8 +20,8 @@ class SparseCholesky:
         n_blocks: rows of the matrix, in blocks.
         size: of a block.
 
-    The order of elimination is SuperLU's minimum degree: on the graph of the blocks, which
-    is small, it takes a hundredth of the time that all factorisations of a zone take.
+    The order of elimination is SuperLU's minimum degree on the graph of the blocks, which is
+    small.
     """
 
     def __init__(self, entries, n_blocks, size):
