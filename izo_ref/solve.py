@@ -101,7 +101,7 @@ def _solve_large(system, options, rows, zone, z, scaled, active, steps):
         system.normals[own],
         rows.rhs[own],
         rows.lengths[own],
-        vertices.stop - vertices.start,
+        int(vertices.stop - vertices.start),
     )
     solution, scaled[own], method, steps[zone], solved = solve_large_zone(
         large,
@@ -109,7 +109,7 @@ def _solve_large(system, options, rows, zone, z, scaled, active, steps):
         options.violation_tolerance * system.thickness,
         options.method == "auto",
     )
-    active[own] = scaled[own] > large.matrix @ solution - rows.rhs[own]
+    active[own] = scaled[own] > large.times(solution) - rows.rhs[own]
     z[vertices] = solution.reshape(-1, 3)
     if (rows.unknowns[own] >= 0).all():
         _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))

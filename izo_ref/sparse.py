@@ -4,8 +4,9 @@ import numba
 import numpy as np
 
 from izo_ref.cpu import sparse as kernels
-from izo_ref.serial import elimination, fronts
+from izo_ref.serial import elimination
 from izo_ref.serial.fronts import Fronts
+from izo_ref.serial.minimum_degree import minimum_degree
 
 # Operations from which a second thread pays; waking it takes some 10 us.
 PARALLEL = 2e6
@@ -16,12 +17,11 @@ class SparseCholesky:
 
     Args:
         entries: (n_entries, 2) ints, the block row and column of each value; of (i, j) and
-            (j, i) one stands for both, and every (i, i) has to be there.
+            (j, i) one is there and stands for both, and every (i, i) has to be there.
         n_blocks: rows of the matrix, in blocks.
         size: of a block.
 
-    The order of elimination is SuperLU's minimum degree on the graph of the blocks, which is
-    small.
+    The order of elimination is that of minimum degree, see serial/minimum_degree.py.
     """
 
     def __init__(self, entries, n_blocks, size):
@@ -33,6 +33,7 @@ class SparseCholesky:
         self._fronts, self._run_starts, self._runs = _fronts_of(pattern, n_blocks, size, threads)
         self._factor = np.empty(self._fronts.factor_starts[-1])
         self._kept = np.empty(self._fronts.n_kept)
+        self._rests = np.empty(size * self._fronts.starts[-1])
 
     @property
     def flops(self) -> float:
@@ -54,7 +55,9 @@ class SparseCholesky:
         """(n,) f8, the solution for one right-hand side."""
         size = self._fronts.size
         x = right.reshape(-1, size)[self._order].ravel()
-        fronts.solve(self._fronts, self._factor, x)
+        shape = self._fronts, self._run_starts, self._runs
+        kernel = kernels.solve if len(self._run_starts) > 2 else kernels.solve.alone
+        kernel(*shape, self._factor, x, self._rests)
         solution = np.empty((len(self._order), size))
         solution[self._order] = x.reshape(-1, size)
         return solution.ravel()
@@ -62,40 +65,18 @@ class SparseCholesky:
 
 def _order_of(entries, n):
     """(n,) i4, the block to eliminate first, second, ..."""
-    from scipy.sparse.linalg import splu
-
-    pattern = _adjacency(entries, n)
-    pattern.setdiag(2.0 * n)  # no pivoting, and nothing cancels
-    factors = splu(
-        pattern.tocsc(),
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    order = np.argsort(factors.perm_c)
+    order = minimum_degree(*elimination.graph_of(entries, n))
     # the same order again, but for a parent that follows all of its children at once
     position = np.argsort(order)
-    graph = _adjacency(position[entries], n)
-    parent = elimination.elimination_tree(graph.indptr, graph.indices)
-    return order[elimination.postorder(parent)].astype(np.int32)
-
-
-def _adjacency(entries, n):
-    """The graph as scipy's sparse array of ones, without loops."""
-    from scipy.sparse import coo_array
-
-    i, j = entries[entries[:, 0] != entries[:, 1]].T
-    both = np.concatenate((i, j)), np.concatenate((j, i))
-    graph = coo_array((np.ones(2 * len(i)), both), (n, n)).tocsr()
-    graph.data[:] = 1.0
-    return graph
+    parent = elimination.elimination_tree(*elimination.graph_of(position[entries], n))
+    return order[elimination.postorder(parent)]
 
 
 def _fronts_of(entries, n, size, threads):
     """`Fronts` of a pattern in the order of elimination, and runs; i <= j in each entry."""
-    graph = _adjacency(entries, n)
-    parent = elimination.elimination_tree(graph.indptr, graph.indices)
-    column_starts, column_rows = elimination.factor_structure(graph.indptr, graph.indices, parent)
+    graph = elimination.graph_of(entries, n)
+    parent = elimination.elimination_tree(*graph)
+    column_starts, column_rows = elimination.factor_structure(*graph, parent)
     firsts = elimination.supernodes(parent, np.diff(column_starts))
     own = np.diff(firsts)
     node_of = np.repeat(np.arange(len(own), dtype=np.int32), own)

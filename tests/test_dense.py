@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from izo_ref.serial.dense import SMALL, cholesky_solve, partial_cholesky
+from izo_ref.serial.dense import CHUNK, LARGE, PANEL, SMALL, cholesky_solve, partial_cholesky
 
 U = 2.0**-53
-SIZES = [1, 2, 5, SMALL, SMALL + 1, 30, 101]
+SIZES = [1, 2, 5, SMALL, SMALL + 1, 30, LARGE, 101, CHUNK + PANEL + 30]
 
 
 def positive_definite(rng, n):
@@ -35,7 +35,10 @@ def test_only_the_upper_triangle_is_touched(rng, n):
     assert np.isfinite(np.triu(factor)).all()
 
 
-@pytest.mark.parametrize(("n", "pivots"), [(8, 3), (40, 1), (40, 7), (40, 12), (41, 40), (9, 0)])
+@pytest.mark.parametrize(
+    ("n", "pivots"),
+    [(8, 3), (40, 1), (40, 7), (40, 12), (41, 40), (9, 0), (90, 45), (101, 7), (CHUNK + 50, 17)],
+)
 def test_first_pivots_leave_the_schur_complement(rng, n, pivots):
     matrix = positive_definite(rng, n)
     factor = matrix.copy()
@@ -45,7 +48,7 @@ def test_first_pivots_leave_the_schur_complement(rng, n, pivots):
     np.testing.assert_allclose(np.triu(factor[pivots:, pivots:]), np.triu(expected), atol=1e-10)
 
 
-@pytest.mark.parametrize("n", [6, 40])
+@pytest.mark.parametrize("n", [6, 40, 120])
 def test_a_dependent_unknown_is_left_out(rng, n):
     """The third row is the sum of the first two: the others are solved as if it was not there."""
     rows = rng.normal(size=(n, n))

@@ -1,10 +1,11 @@
 """The sparse Cholesky factorisation against dense algebra."""
 
+import numba
 import numpy as np
 import pytest
 
 from izo_ref.serial.elimination import elimination_tree, factor_structure, postorder
-from izo_ref.sparse import SparseCholesky
+from izo_ref.sparse import PARALLEL, SparseCholesky
 
 
 def random_matrix(rng, n, size, density=3):
@@ -37,6 +38,21 @@ def test_solves(rng, n, size):
         norm = np.linalg.norm(scale * matrix, 2)
         # as in tests/test_dense.py, with the norm of |R^T||R| at most n times that of A
         assert residual <= (3 * n * size + 1) * n * size * 2.0**-53 * norm * np.linalg.norm(x)
+
+
+def test_threads_do_not_matter(rng):
+    """A matrix of so much work that it goes to all threads, by one and by two: the same bits."""
+    entries, values, _ = random_matrix(rng, 400, 3, density=2)
+    right = rng.normal(size=1200)
+    before, found = numba.get_num_threads(), []
+    for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
+        numba.set_num_threads(threads)
+        factors = SparseCholesky(entries, 400, 3)
+        factors.factorize(values)
+        found.append(factors.solve(right))
+    numba.set_num_threads(before)
+    assert factors.flops > PARALLEL
+    np.testing.assert_array_equal(*found)
 
 
 def test_parts_that_are_not_connected(rng):

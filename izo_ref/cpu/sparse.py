@@ -3,7 +3,7 @@
 from numba import prange
 
 from izo_ref._jit import cpu_kernel, light_kernel
-from izo_ref.serial.fronts import eliminate
+from izo_ref.serial.fronts import eliminate, solve_downwards, solve_upwards
 
 
 @light_kernel
@@ -24,9 +24,9 @@ def weighted_gram(
                     continue
                 both = weights[j] * coefficients[j, k] * coefficients[j, i]
                 for row in range(3):
+                    value = both * normals[j, row]
                     for column in range(3):
-                        value = both * normals[j, row] * normals[j, column]
-                        values_out[slot, row, column] += value
+                        values_out[slot, row, column] += value * normals[j, column]
 
 
 @cpu_kernel
@@ -46,3 +46,25 @@ def factorize(
         chosen = runs[run_starts[run] : run_starts[run + 1]]
         eliminate(fronts, chosen, values, smallest, kept_out, factor_out)
     eliminate(fronts, runs[run_starts[last] :], values, smallest, kept_out, factor_out)
+
+
+@cpu_kernel
+def solve(
+    # In:
+    fronts,  # Fronts
+    run_starts,  # as of factorize
+    runs,  # as of factorize
+    factor,  # (fronts.factor_starts[-1],) f8
+    # Out:
+    x_out,  # (n_blocks * size,) f8, the right-hand side on entry
+    rests_out,  # (size * fronts.starts[-1],) f8, scratch
+):
+    last = run_starts.shape[0] - 2
+    for run in prange(last):
+        chosen = runs[run_starts[run] : run_starts[run + 1]]
+        solve_upwards(fronts, chosen, factor, x_out, rests_out)
+    solve_upwards(fronts, runs[run_starts[last] :], factor, x_out, rests_out)
+    solve_downwards(fronts, runs[run_starts[last] :], factor, x_out)
+    for run in prange(last):
+        chosen = runs[run_starts[run] : run_starts[run + 1]]
+        solve_downwards(fronts, chosen, factor, x_out)

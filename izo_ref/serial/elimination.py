@@ -19,6 +19,34 @@ SMALL = 4
 
 
 @compiled
+def graph_of(entries, n):
+    """The pattern as a graph, (starts, indices).
+
+    Args:
+        entries: (n_entries, 2) ints, rows and columns; of (i, j) and (j, i) one is there.
+        n: blocks.
+    """
+    starts = np.zeros(n + 1, np.int64)
+    for e in range(entries.shape[0]):
+        if entries[e, 0] != entries[e, 1]:
+            starts[entries[e, 0]] += 1
+            starts[entries[e, 1]] += 1
+    total = 0
+    for i in range(n + 1):
+        total += starts[i]
+        starts[i] = total  # where the list of i ends; filled from there down
+    indices = np.empty(total, np.int32)
+    for e in range(entries.shape[0]):
+        i, j = entries[e, 0], entries[e, 1]
+        if i != j:
+            starts[i] -= 1
+            indices[starts[i]] = j
+            starts[j] -= 1
+            indices[starts[j]] = i
+    return starts, indices
+
+
+@compiled
 def elimination_tree(starts, indices):
     """(n,) i4, the parent of each block; -1 for a root."""
     n = starts.shape[0] - 1

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref._jit import compiled
-from izo_ref.serial.dense import partial_cholesky
+from izo_ref.serial.dense import copy, partial_cholesky
 
 
 class Fronts(NamedTuple):
@@ -47,19 +47,30 @@ def _add_entries(fronts, values, begin, end, front):
 
 
 @compiled
-def _add_rest(b, places, rest, front):
-    """What a front below left over; upper triangles."""
-    for p in range(places.shape[0]):
-        for i in range(b):
-            source, target = rest[b * p + i], front[b * places[p] + i]
-            for q in range(p, places.shape[0]):
-                at = b * places[q]
-                for j in range(b):
-                    target[at + j] += source[b * q + j]
+def _add(source, target):
+    for j in range(target.shape[0]):  # from 0, or it does not vectorise
+        target[j] += source[j]
 
 
 @compiled
-def _take_rest(fronts, s, top, stack, kept, front):
+def _add_rest(b, places, rest, ends, front):
+    """What a front below left over; upper triangles, in runs of places side by side."""
+    n = places.shape[0]
+    for q in range(n - 1, -1, -1):
+        goes_on = q + 1 < n and places[q + 1] == places[q] + 1
+        ends[q] = ends[q + 1] if goes_on else q + 1
+    for p in range(n):
+        for i in range(b):
+            source, target = rest[b * p + i], front[b * places[p] + i]
+            q = p
+            while q < n:
+                at, width = b * places[q], b * (ends[q] - q)
+                _add(source[b * q : b * q + width], target[at : at + width])
+                q = ends[q]
+
+
+@compiled
+def _take_rest(fronts, s, top, stack, kept, ends, front):
     """Add what the children of a front left over; returns the new top of the stack."""
     b = fronts.size
     for c in range(fronts.child_starts[s + 1] - 1, fronts.child_starts[s] - 1, -1):
@@ -72,7 +83,7 @@ def _take_rest(fronts, s, top, stack, kept, front):
         else:
             top -= left * left
             rest = stack[top : top + left * left]
-        _add_rest(b, places, rest.reshape((left, left)), front)
+        _add_rest(b, places, rest.reshape((left, left)), ends, front)
     return top
 
 
@@ -92,17 +103,15 @@ def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
     """
     b = fronts.size
     work, stack, top = np.empty(fronts.largest**2), np.empty(fronts.deepest), 0
+    ends = np.empty(fronts.largest, np.int64)
     for c in range(chosen.shape[0]):
         s = chosen[c]
         pivots = b * (fronts.firsts[s + 1] - fronts.firsts[s])
         n = pivots + b * (fronts.starts[s + 1] - fronts.starts[s])
         front = work[: n * n].reshape((n, n))
-        for i in range(n):
-            row = front[i]
-            for j in range(i // b * b, n):  # blocks on the diagonal are written whole
-                row[j] = 0.0
+        work[: n * n] = 0.0
         _add_entries(fronts, values, fronts.entry_starts[s], fronts.entry_starts[s + 1], front)
-        top = _take_rest(fronts, s, top, stack, kept_out, front)
+        top = _take_rest(fronts, s, top, stack, kept_out, ends, front)
         partial_cholesky(front, n, pivots, smallest)
         at = fronts.factor_starts[s]
         factor_out[at : at + pivots * n] = work[: pivots * n]
@@ -114,33 +123,34 @@ def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
             top += left * left
         rest = rest.reshape((left, left))
         for i in range(left):
-            source, target = front[pivots + i], rest[i]
-            for j in range(i, left):
-                target[j] = source[pivots + j]
+            copy(front[pivots + i, pivots + i :], rest[i, i:])
 
 
 @compiled
-def _gather(fronts, s, x, part):
-    """x of a front; returns the first, the number of pivots, and of all."""
-    b = fronts.size
-    first, pivots = b * fronts.firsts[s], b * (fronts.firsts[s + 1] - fronts.firsts[s])
-    for k in range(pivots):
-        part[k] = x[first + k]
-    n = pivots
-    for p in range(fronts.starts[s], fronts.starts[s + 1]):
-        for i in range(b):
-            part[n + i] = x[b * fronts.rows[p] + i]
-        n += b
-    return first, pivots, n
+def solve_upwards(fronts, chosen, factor, x, rests):
+    """x <- R^-T x for the pivots of some fronts, one after the other.
 
-
-@compiled
-def solve(fronts, factor, x):
-    """x <- A^-1 x, for x (n_blocks * size,) f8 in the order of elimination."""
+    Args:
+        fronts, chosen: as of `eliminate`.
+        factor: (factor_starts[-1],) f8, R.
+        x: (n_blocks * size,) f8, in the order of elimination.
+        rests: (size * starts[-1],) f8: for each front, what its rows take from those above.
+    """
     b = fronts.size
     part = np.empty(fronts.largest)
-    for s in range(fronts.above.shape[0]):
-        first, pivots, n = _gather(fronts, s, x, part)
+    for c in range(chosen.shape[0]):
+        s = chosen[c]
+        first, pivots = b * fronts.firsts[s], b * (fronts.firsts[s + 1] - fronts.firsts[s])
+        begin, end = b * fronts.starts[s], b * fronts.starts[s + 1]
+        n = pivots + end - begin
+        for k in range(pivots):
+            part[k] = x[first + k]
+        part[pivots:n] = 0.0
+        for e in range(fronts.child_starts[s], fronts.child_starts[s + 1]):
+            child = fronts.children[e]
+            for p in range(fronts.starts[child], fronts.starts[child + 1]):
+                for i in range(b):
+                    part[b * fronts.places[p] + i] += rests[b * p + i]
         at = fronts.factor_starts[s]
         for k in range(pivots):
             row = factor[at + k * n : at + (k + 1) * n]
@@ -149,25 +159,37 @@ def solve(fronts, factor, x):
             for j in range(k + 1, n):
                 part[j] -= value * row[j]
         x[first : first + pivots] = part[:pivots]
+        rests[begin:end] = part[pivots:n]
+
+
+@compiled
+def solve_downwards(fronts, chosen, factor, x):
+    """x <- R^-1 x for the pivots of some fronts, the last of them first."""
+    b = fronts.size
+    part = np.empty(fronts.largest)
+    for c in range(chosen.shape[0] - 1, -1, -1):
+        s = chosen[c]
+        first, pivots = b * fronts.firsts[s], b * (fronts.firsts[s + 1] - fronts.firsts[s])
+        for k in range(pivots):
+            part[k] = x[first + k]
+        n = pivots
         for p in range(fronts.starts[s], fronts.starts[s + 1]):
-            pivots_and_rows = pivots + b * (p - fronts.starts[s])
             for i in range(b):
-                x[b * fronts.rows[p] + i] = part[pivots_and_rows + i]
-    for s in range(fronts.above.shape[0] - 1, -1, -1):
-        first, pivots, n = _gather(fronts, s, x, part)
+                part[n + i] = x[b * fronts.rows[p] + i]
+            n += b
         at = fronts.factor_starts[s]
         for k in range(pivots - 1, -1, -1):
             row = factor[at + k * n : at + (k + 1) * n]
             value = part[k]
             # four sums: one would wait for each addition
-            a, c, d = 0.0, 0.0, 0.0
+            by_1, by_2, by_3 = 0.0, 0.0, 0.0
             whole = k + 1 + (n - k - 1) // 4 * 4
             for j in range(k + 1, whole, 4):
                 value -= row[j] * part[j]
-                a += row[j + 1] * part[j + 1]
-                c += row[j + 2] * part[j + 2]
-                d += row[j + 3] * part[j + 3]
+                by_1 += row[j + 1] * part[j + 1]
+                by_2 += row[j + 2] * part[j + 2]
+                by_3 += row[j + 3] * part[j + 3]
             for j in range(whole, n):
                 value -= row[j] * part[j]
-            part[k] = (value - (a + c + d)) * row[k]
+            part[k] = (value - (by_1 + by_2 + by_3)) * row[k]
         x[first : first + pivots] = part[:pivots]

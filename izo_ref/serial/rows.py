@@ -6,6 +6,8 @@ are pinned. `first` is the number of the zone's first unknown, z its unknowns, f
 
 import math
 
+import numpy as np
+
 from izo_ref._jit import compiled
 
 SOLVED = 0
@@ -52,10 +54,31 @@ def pull(first, nodes, coefficients, normals, u, z):
 
 
 @compiled
+def products(first, nodes, coefficients, normals, z, products_out):
+    """C z."""
+    for j in range(products_out.shape[0]):
+        products_out[j] = row_dot(j, first, nodes, coefficients, normals, z)
+
+
+@compiled
 def violations(first, nodes, coefficients, normals, rhs, z, violation):
     """violation = s - C z."""
     for j in range(rhs.shape[0]):
         violation[j] = rhs[j] - row_dot(j, first, nodes, coefficients, normals, z)
+
+
+@compiled
+def residuals(first, nodes, coefficients, normals, rhs, metres, u, z):
+    """Largest violation [m] with `metres` for a row of 1, and the relative gap for z = C^T u."""
+    violation, products, z_sq = 0.0, 0.0, 0.0
+    for i in range(z.shape[0]):
+        z_sq += z[i] * z[i]
+    for j in range(rhs.shape[0]):
+        missing = rhs[j] - row_dot(j, first, nodes, coefficients, normals, z)
+        violation = max(violation, missing * metres[j])
+        products += u[j] * abs(missing)
+    gap = products / (0.5 * z_sq) if z_sq > 0.0 else (0.0 if products == 0.0 else np.inf)
+    return violation, gap
 
 
 @compiled

@@ -8,7 +8,7 @@ import numpy as np
 from izo_ref._jit import compiled
 from izo_ref.serial.active_set import active_set
 from izo_ref.serial.block_pivot import block_pivot
-from izo_ref.serial.rows import SOLVED, add_row, row_dot
+from izo_ref.serial.rows import SOLVED, add_row, residuals
 
 CLOSED_FORM = 0
 BLOCK_PIVOT = 1
@@ -24,23 +24,13 @@ class Limits(NamedTuple):
 
 
 @compiled
-def _is_solved(
-    begin, end, first, last, unknowns, coefficients, normals, rhs, lengths, limits, u, z
-):
-    violation, products, z_sq, worst = 0.0, 0.0, 0.0, 0.0
-    flat = z[first:last].reshape(3 * (last - first))
-    for i in range(flat.shape[0]):
-        z_sq += flat[i] * flat[i]
-    for j in range(begin, end):
-        off = rhs[j] - row_dot(j, first, unknowns, coefficients, normals, flat)
-        violation = max(violation, off * lengths[j])
-        products += u[j] * abs(off)
-        worst = max(worst, rhs[j])
-    return (
-        violation <= limits.violation
-        and products <= 0.5 * z_sq * limits.gap
-        and math.sqrt(z_sq) <= limits.farthest * worst
-    )
+def _is_near(rhs, farthest, z):
+    largest, z_sq = 0.0, 0.0
+    for j in range(rhs.shape[0]):
+        largest = max(largest, rhs[j])
+    for i in range(z.shape[0]):
+        z_sq += z[i] * z[i]
+    return math.sqrt(z_sq) <= farthest * largest
 
 
 @compiled
@@ -116,18 +106,18 @@ def solve_small_zone(
             multipliers_out,
             z_out,
         )
-    solved = status == SOLVED and _is_solved(
-        begin,
-        end,
+    if status != SOLVED:
+        return method, False, steps
+    rows, z = slice(begin, end), z_out[first:last].reshape(3 * (last - first))
+    violation, gap = residuals(
         first,
-        last,
-        unknowns,
-        coefficients,
-        normals,
-        rhs,
-        lengths,
-        limits,
-        multipliers_out,
-        z_out,
+        unknowns[rows],
+        coefficients[rows],
+        normals[rows],
+        rhs[rows],
+        lengths[rows],
+        multipliers_out[rows],
+        z,
     )
-    return method, solved, steps
+    holds = violation <= limits.violation and gap <= limits.gap
+    return method, holds and _is_near(rhs[rows], limits.farthest, z), steps

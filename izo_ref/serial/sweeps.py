@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from izo_ref._jit import compiled
-from izo_ref.serial.rows import add_row, pull, row_dot
+from izo_ref.serial.rows import add_row, pull, residuals, row_dot
 
 # Sweeps between two looks at the residuals, which cost half a sweep.
 INTERVAL = 4
@@ -30,20 +30,6 @@ def _sweep(first, nodes, coefficients, normals, s, diagonal, u, z):
             if step != 0.0:
                 u[j] += step
                 add_row(step, j, first, nodes, coefficients, normals, z)
-
-
-@compiled
-def _residuals(first, nodes, coefficients, normals, s, metres, u, z):
-    """Largest violation [m], and the relative gap for z = C^T u."""
-    violation, products, z_sq = 0.0, 0.0, 0.0
-    for i in range(z.shape[0]):
-        z_sq += z[i] * z[i]
-    for j in range(u.shape[0]):
-        missing = s[j] - row_dot(j, first, nodes, coefficients, normals, z)
-        violation = max(violation, missing * metres[j])
-        products += u[j] * abs(missing)
-    gap = products / (0.5 * z_sq) if z_sq > 0.0 else (0.0 if products == 0.0 else np.inf)
-    return violation, gap
 
 
 @compiled
@@ -120,7 +106,7 @@ def sweeps(
         traced = number < trace_out.shape[0]
         if traced or number % INTERVAL == INTERVAL - 1 or number < INTERVAL:
             pull(first, nodes, coefficients, normals, u, z)  # rounding of the steps adds up
-            violation, gap = _residuals(first, nodes, coefficients, normals, s, metres, u, z)
+            violation, gap = residuals(first, nodes, coefficients, normals, s, metres, u, z)
             if traced:
                 trace_out[number, 0] = 0.0
                 for i in range(z.shape[0]):
