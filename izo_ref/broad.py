@@ -1,9 +1,12 @@
 """Broad phase: which elements have swept boxes that meet."""
 
+from math import gcd
+
 import numpy as np
 
 from izo_ref.cpu import tree as kernels
-from izo_ref.serial.tree import GROUP
+from izo_ref.cpu.contacts import CHUNK
+from izo_ref.serial.tree import GROUP, Tree
 
 
 class Elements:
@@ -12,36 +15,38 @@ class Elements:
     The order is made once, from the first positions; `refit` follows later positions.
 
     Attributes:
-        order: (n,) i8, element of each sorted place.
-        nodes: (n, k) i4, vertices of each sorted element.
-        boxes: (n, 6) f8 [m], minima then maxima over the path, sorted.
-        moved: (n,) b1, whether the element has to be looked at, sorted.
+        tree: `Tree`.
     """
 
     def __init__(self, nodes, positions_t0, positions_t1):
         boxes = np.empty((len(nodes), 6))
         kernels.element_boxes(positions_t0, positions_t1, nodes, boxes)
-        self.order = np.argsort(morton_codes_of(boxes), kind="stable")
-        self.nodes = np.ascontiguousarray(nodes[self.order])
-        self.boxes = np.ascontiguousarray(boxes[self.order])
-        self.moved = np.ones(len(nodes), bool)
+        order = np.argsort(morton_codes_of(boxes), kind="stable")
         groups = max(1, -(-len(nodes) // GROUP))
         n_nodes = 2 << (groups - 1).bit_length()
-        self.node_boxes = np.empty((n_nodes, 6))
-        self.node_moved = np.zeros(n_nodes, bool)
+        self.tree = Tree(
+            order,
+            np.ascontiguousarray(nodes[order]),
+            np.ascontiguousarray(boxes[order]),
+            np.ones(len(nodes), bool),
+            np.empty((n_nodes, 6)),
+            np.zeros(n_nodes, bool),
+        )
         self._fill_nodes()
 
     def refit(self, positions_t0, positions_t1, vertex_moved):
         """Boxes of new positions; elements with a moved vertex are the ones looked at."""
-        kernels.element_boxes(positions_t0, positions_t1, self.nodes, self.boxes)
-        kernels.element_moved(vertex_moved, self.nodes, self.moved)
+        tree = self.tree
+        kernels.element_boxes(positions_t0, positions_t1, tree.nodes, tree.boxes)
+        kernels.element_moved(vertex_moved, tree.nodes, tree.moved)
         self._fill_nodes()
 
     def _fill_nodes(self):
-        kernels.leaf_groups(self.boxes, self.moved, self.node_boxes, self.node_moved)
-        begin = len(self.node_boxes) // 4
+        tree = self.tree
+        kernels.leaf_groups(tree.boxes, tree.moved, tree.node_boxes, tree.node_moved)
+        begin = len(tree.node_boxes) // 4
         while begin >= 1:
-            kernels.parent_nodes(begin, self.node_boxes, self.node_moved)
+            kernels.parent_nodes(begin, tree.node_boxes, tree.node_moved)
             begin //= 2
 
 
@@ -55,39 +60,57 @@ def morton_codes_of(boxes):
     return codes
 
 
-def candidate_batches(queries: Elements, leaves: Elements, batch_pairs: int):
-    """Pairs of elements whose boxes meet, of which one moved, and that share no vertex.
+# Pairs that each chunk of queries has room for at first: four for each. Of 143 chunks of
+# edges of armadillo-rollers 29 find more than one for each. Memory that is not written to is
+# not taken.
+ROOM = 4 * GROUP * CHUNK
 
-    Each pair comes once, also when `queries` and `leaves` are the same. Pairs are counted
-    first and then written, at most `batch_pairs` at a time (or those of one query).
 
-    Yields:
-        (n, 2) i4 arrays, places in the orders of `queries` and `leaves`.
+def search(kernel, columns, queries: Elements, leaves: Elements, *arguments):
+    """Launch a search over all queries, and once more for those that found more than there
+    was room for.
+
+    Args:
+        kernel: of cpu/contacts.py.
+        columns: what it writes for each pair: a dtype and the numbers of it.
+        arguments: of the kernel, after the trees.
+
+    Returns:
+        The columns of what was found, in any order; candidates, proofs, most proofs for one.
     """
-    n = len(queries.order)
-    trees = (
-        queries.boxes,
-        queries.nodes,
-        queries.moved,
-        leaves.boxes,
-        leaves.nodes,
-        leaves.moved,
-        leaves.node_boxes,
-        leaves.node_moved,
-        queries is leaves,
-    )
-    counts = np.empty(n, np.int64)
-    kernels.meeting_boxes(
-        0, *trees, np.zeros(n, np.int64), False, counts, np.empty((0, 2), np.int32)
-    )
-    ends = np.cumsum(counts)
-    first = 0
-    while first < n:
-        before = ends[first - 1] if first else 0
-        last = max(first + 1, int(np.searchsorted(ends, before + batch_pairs, side="right")))
-        pairs = np.empty((ends[last - 1] - before, 2), np.int32)
-        starts = ends[first:last] - counts[first:last] - before
-        kernels.meeting_boxes(first, *trees, starts, True, counts[first:last], pairs)
-        if len(pairs):
-            yield pairs
-        first = last
+    n = -(-len(queries.tree.order) // (GROUP * CHUNK))
+    chunks = _scattered(n)
+
+    def launch(chunks, starts):
+        counts, tallies = np.empty(len(chunks), np.int64), np.empty((len(chunks), 3), np.int64)
+        found = [np.empty((starts[-1], *width), dtype) for dtype, *width in columns]
+        trees = queries.tree, leaves.tree
+        kernel(chunks, starts, *trees, *arguments, counts, tallies, *found)
+        return counts, tallies, found
+
+    starts = ROOM * np.arange(n + 1)
+    counts, tallies, found = launch(chunks, starts)
+    full = counts > ROOM
+    written = np.where(full, 0, counts)
+    index = np.repeat(starts[:-1], written) + _ranks(written)
+    found = [column[index] for column in found]
+    if full.any():
+        ends = np.cumsum(counts[full])
+        _, _, more = launch(chunks[full], np.concatenate(([0], ends)))
+        found = [np.concatenate(both) for both in zip(found, more, strict=True)]
+    candidates, proofs = tallies[:, :2].sum(axis=0)
+    return found, (int(candidates), int(proofs), int(tallies[:, 2].max(initial=0)))
+
+
+def _ranks(counts):
+    """0, 1, ... for each of the counts."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+
+
+def _scattered(n):
+    """0 ... n - 1 in an order that spreads neighbours over the threads, which take one
+    stretch of it each: contacts come in clusters."""
+    stride = max(1, round(0.618 * n))
+    while gcd(stride, n) > 1:
+        stride -= 1
+    return np.arange(n) * stride % max(n, 1)

@@ -8,7 +8,6 @@ from izo_ref import checks
 from izo_ref.cpu import advance as kernels
 from izo_ref.detect import Detector
 from izo_ref.exact_path import first_meeting
-from izo_ref.options import Options
 from izo_ref.types import Impacts, Pairs
 
 
@@ -31,7 +30,7 @@ class PathCertificate(NamedTuple):
     excluded: Pairs | None  # left out, because they intersect at the start
 
 
-def certify_path(scene, positions, options: Options | None = None) -> PathCertificate:
+def certify_path(scene, positions) -> PathCertificate:
     """Prove each pair of a path apart, or that it meets.
 
     A detection of its own, from new trees of boxes and over all pairs, whatever the path
@@ -44,18 +43,14 @@ def certify_path(scene, positions, options: Options | None = None) -> PathCertif
     Args:
         scene: `Scene`, gives the start, the mesh and the pairs left out.
         positions: (n, 3) [m], end of the path.
-        options: `Options`; `batch_pairs` is used.
 
     Raises:
         ShapeError, NonFiniteError: of `positions`.
 
     Source: SPEC section 8.
     """
-    options = options or Options()
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
-    detector = Detector(
-        scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.batch_pairs
-    )
+    detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
     found = detector.find(positions)
     meeting, exact = _meeting(scene.positions_t0, positions, found)
     tally = detector.tally

@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from izo_ref.broad import Elements, candidate_batches
+from izo_ref.broad import Elements, search
 from izo_ref.cpu import advance as kernels
-from izo_ref.options import Options
-from izo_ref.scalar.advance import APART
+from izo_ref.cpu.contacts import find_contacts
 from izo_ref.types import Impacts, Pairs, join_impacts
 
 
@@ -22,10 +21,10 @@ class Tally:
         self.steps = 0
         self.most_steps = 0
 
-    def add(self, kind, statuses, steps):
-        self.pairs[kind] += len(statuses)
-        self.steps += int(steps.sum())
-        self.most_steps = max(self.most_steps, int(steps.max(initial=0)))
+    def add(self, kind, pairs, steps, most_steps):
+        self.pairs[kind] += pairs
+        self.steps += steps
+        self.most_steps = max(self.most_steps, most_steps)
 
 
 class Detector:
@@ -36,7 +35,6 @@ class Detector:
         edges: (n_edges, 2) i4.
         faces: (n_faces, 3) i4.
         excluded: `Pairs` that are not looked at, or None.
-        batch_pairs: candidate pairs in memory at once.
         start_is_free: the start was found free, exactly; then so are pairs at rest.
     """
 
@@ -46,14 +44,12 @@ class Detector:
         edges,
         faces,
         excluded=None,
-        batch_pairs=1 << 20,
         *,
         start_is_free=True,
     ):
         self.positions_t0 = positions_t0
         self.edges = edges
         self.faces = faces
-        self.batch_pairs = batch_pairs
         self.start_is_free = start_is_free
         self.tally = Tally()
         self._excluded = None if excluded is None else set(_pair_keys(excluded))
@@ -92,15 +88,7 @@ class Detector:
         return self._elements
 
     def _find_kind(self, queries, leaves, positions_t1, is_edge_edge):
-        parts = [
-            self._contacts(queries, leaves, pairs, positions_t1)
-            for pairs in candidate_batches(queries, leaves, self.batch_pairs)
-        ]
-        if not parts:
-            return join_impacts([])
-        elements, nodes, toi, directions = (
-            np.concatenate(column) for column in zip(*parts, strict=True)
-        )
+        elements, nodes, toi, directions = self._contacts(queries, leaves, positions_t1)
         order = np.lexsort((elements[:, 1], elements[:, 0]))
         nodes, toi, directions = nodes[order], toi[order], directions[order]
         kinds = np.full(len(nodes), is_edge_edge)
@@ -117,31 +105,26 @@ class Detector:
         )
         return Impacts(nodes, kinds, toi, weights, normals)
 
-    def _contacts(self, queries, leaves, pairs, positions_t1):
-        """Elements, nodes, times and directions of the candidates not proved apart."""
-        n = len(pairs)
-        nodes, statuses, toi = np.empty((n, 4), np.int32), np.empty(n, np.int8), np.empty(n)
-        directions, steps = np.empty((n, 3)), np.empty(n, np.int32)
-        kernels.first_contacts(
+    def _contacts(self, queries, leaves, positions_t1):
+        """Elements, nodes, times and directions of the pairs not proved apart."""
+        (pairs, toi, directions), tally = search(
+            find_contacts,
+            ((np.int32, 2), (np.float64,), (np.float64, 3)),
+            queries,
+            leaves,
+            queries is leaves,
             self.positions_t0,
             positions_t1,
-            pairs,
-            queries.order,
-            queries.nodes,
-            leaves.order,
-            leaves.nodes,
-            nodes,
-            statuses,
-            toi,
-            directions,
-            steps,
         )
-        self.tally.add("edge_edge" if queries is leaves else "vertex_face", statuses, steps)
-        kept = np.flatnonzero(statuses != APART)
-        elements = np.column_stack((queries.order[pairs[kept, 0]], leaves.order[pairs[kept, 1]]))
-        if queries is leaves:
-            elements.sort(axis=1)
-        return elements, nodes[kept], toi[kept], directions[kept]
+        self.tally.add("edge_edge" if queries is leaves else "vertex_face", *tally)
+        first, second = queries.tree.order[pairs[:, 0]], leaves.tree.order[pairs[:, 1]]
+        nodes = queries.tree.nodes[pairs[:, 0]], leaves.tree.nodes[pairs[:, 1]]
+        if queries is not leaves:
+            return np.column_stack((first, second)), np.hstack(nodes), toi, directions
+        swap = (first > second)[:, None]
+        elements, other = np.column_stack((first, second)), np.column_stack((second, first))
+        nodes = np.where(swap, np.hstack(nodes[::-1]), np.hstack(nodes))
+        return np.where(swap, other, elements), nodes, toi, directions
 
 
 def _pair_keys(pairs: Pairs):
@@ -155,7 +138,7 @@ def _pair_keys(pairs: Pairs):
     return [row.tobytes() for row in np.column_stack((ee.astype(np.int32), nodes))]
 
 
-def find_impacts(scene, options: Options | None = None) -> Impacts:
+def find_impacts(scene) -> Impacts:
     """Every vertex-face and edge-edge pair that meets on the path of a scene.
 
     A pair that is only touched, at any time up to t = 1, meets; so does one that comes
@@ -164,15 +147,11 @@ def find_impacts(scene, options: Options | None = None) -> Impacts:
 
     Args:
         scene: `Scene`.
-        options: `Options`; `batch_pairs` is used.
 
     Returns:
         `Impacts`: vertex-face pairs by vertex and face, then edge-edge pairs by edges.
 
     Source: SPEC section 1; the proof is in `scalar/advance.py`.
     """
-    options = options or Options()
-    detector = Detector(
-        scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.batch_pairs
-    )
+    detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
     return detector.find(scene.positions_t1)

@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from izo_ref.broad import Elements, candidate_batches
-from izo_ref.cpu import crossing as kernels
+from izo_ref.broad import Elements, search
+from izo_ref.cpu.contacts import find_crossings
 from izo_ref.detect import Detector
 from izo_ref.exact import simplices_meet
 from izo_ref.scalar.advance import CONTACT, UNDECIDED
 from izo_ref.types import Pairs
-
-BATCH_PAIRS = 1 << 20
 
 
 def intersecting_pairs(positions, edges, faces):
@@ -40,30 +38,21 @@ def _ids(nodes):
 
 def _crossing_edges(positions, edges, faces):
     """(n, 2) edge and face of each edge that meets a face."""
-    edge_elements = Elements(edges, positions, positions)
-    face_elements = Elements(faces, positions, positions)
-    found = [np.empty((0, 2), np.int64)]
-    for pairs in candidate_batches(edge_elements, face_elements, BATCH_PAIRS):
-        statuses = np.empty(len(pairs), np.int8)
-        pair_edges = edge_elements.nodes[pairs[:, 0]]
-        pair_faces = face_elements.nodes[pairs[:, 1]]
-        kernels.edge_face_statuses(positions, pair_edges, pair_faces, statuses)
-        for i in np.flatnonzero(statuses == UNDECIDED):
-            if simplices_meet(positions[pair_edges[i]], positions[pair_faces[i]]):
-                statuses[i] = CONTACT
-        crossing = pairs[statuses == CONTACT]
-        found.append(
-            np.column_stack(
-                (edge_elements.order[crossing[:, 0]], face_elements.order[crossing[:, 1]])
-            )
-        )
-    found = np.concatenate(found)
+    elements = Elements(edges, positions, positions), Elements(faces, positions, positions)
+    columns = (np.int32, 2), (np.int8,)
+    (pairs, statuses), _ = search(find_crossings, columns, *elements, positions)
+    found = np.column_stack([e.tree.order[pairs[:, k]] for k, e in enumerate(elements)])
+    for i in np.flatnonzero(statuses == UNDECIDED):
+        edge, face = found[i]
+        if simplices_meet(positions[edges[edge]], positions[faces[face]]):
+            statuses[i] = CONTACT
+    found = found[statuses == CONTACT]
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
 
 def _touching_pairs(positions, edges, faces):
     """Vertex-face and edge-edge pairs that touch: those within rounding, decided exactly."""
-    detector = Detector(positions, edges, faces, None, BATCH_PAIRS, start_is_free=False)
+    detector = Detector(positions, edges, faces, start_is_free=False)
     near = detector.find(positions)
     sides = np.where(near.is_edge_edge, 2, 1)
     touch = [

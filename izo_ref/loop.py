@@ -64,9 +64,7 @@ class Loop:
         self.options = options
         self.history = []
         self._on_iteration = on_iteration
-        self._detector = Detector(
-            scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.batch_pairs
-        )
+        self._detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
         self._seen = None  # positions of the last detection, and what it found
         self._pending = no_impacts()
         self.longest = (scene.positions_t1, -1.0)

@@ -64,7 +64,6 @@ class Options:
             zone counts as solved.
         thickness_fraction: thickness if none is given, as a fraction of the median length
             of the edges at the start.
-        batch_pairs: [pairs] candidate pairs in memory at once; 64 B each.
     """
 
     selection: str = "independent"
@@ -82,7 +81,6 @@ class Options:
     gap_tolerance: float = 1e-9
     violation_tolerance: float = 1e-9
     thickness_fraction: float = 1e-3
-    batch_pairs: int = 1 << 20
 
     def __post_init__(self):
         for name, choices in CHOICES.items():

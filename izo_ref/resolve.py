@@ -111,7 +111,7 @@ def resolve(
 
     positions = np.empty_like(scene.positions_t1)
     positions[order] = loop.positions
-    certificate = certify_path(scene, positions, options)
+    certificate = certify_path(scene, positions)
     times["certify"] = time.perf_counter()
     scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
 

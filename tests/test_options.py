@@ -21,7 +21,7 @@ from izo_ref import Options, errors
         ("relinearize", None),
         ("gap_tolerance", float("nan")),
         ("violation_tolerance", "1e-9"),
-        ("batch_pairs", True),
+        ("max_steps", True),
     ],
 )
 def test_values_that_are_not_offered_are_named(name, value):

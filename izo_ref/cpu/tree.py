@@ -1,10 +1,10 @@
-"""Boxes of elements, trees over them, and the pairs whose boxes meet."""
+"""Boxes of elements, and trees over them."""
 
 import numpy as np
 from numba import prange
 
-from izo_ref._jit import cpu_kernel, light_kernel
-from izo_ref.serial.tree import GROUP, meeting_leaves
+from izo_ref._jit import light_kernel
+from izo_ref.serial.tree import GROUP
 
 
 @light_kernel
@@ -109,40 +109,3 @@ def parent_nodes(
             boxes_out[node, axis + 3] = max(
                 boxes_out[2 * node, axis + 3], boxes_out[2 * node + 1, axis + 3]
             )
-
-
-@cpu_kernel
-def meeting_boxes(
-    # In:
-    first_query,  # i8, queries first_query .. first_query + len(starts) - 1
-    query_boxes,  # (n_queries, 6) f8  [m]
-    query_nodes,  # (n_queries, k) i4
-    query_moved,  # (n_queries,) b1
-    leaf_boxes,  # (n_leaves, 6) f8  [m]
-    leaf_nodes,  # (n_leaves, k) i4
-    leaf_moved,  # (n_leaves,) b1
-    node_boxes,  # (2 P, 6) f8  [m]
-    node_moved,  # (2 P,) b1
-    against_itself,  # b1
-    starts,  # (n,) i8, where each query's pairs begin
-    store,  # b1, count only if false
-    # Out:
-    counts_out,  # (n,) i8
-    pairs_out,  # (n_pairs, 2) i4, query and leaf
-):
-    for k in prange(starts.shape[0]):
-        counts_out[k] = meeting_leaves(
-            first_query + k,
-            query_boxes,
-            query_nodes,
-            query_moved,
-            leaf_boxes,
-            leaf_nodes,
-            leaf_moved,
-            node_boxes,
-            node_moved,
-            against_itself,
-            store,
-            pairs_out,
-            starts[k],
-        )

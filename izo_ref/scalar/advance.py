@@ -102,6 +102,30 @@ def _apart_along_axis(is_edge_edge, s1, s2, s3, r1, r2, r3, threshold):
 
 
 @compiled
+def _apart_along_diagonals(is_edge_edge, i, j, a1, a2, a3, b1, b2, b3, threshold):
+    """The same of the two diagonals of axes i and j."""
+    return _apart_along_axis(
+        is_edge_edge,
+        a1[i] + a1[j],
+        a2[i] + a2[j],
+        a3[i] + a3[j],
+        b1[i] + b1[j],
+        b2[i] + b2[j],
+        b3[i] + b3[j],
+        threshold,
+    ) or _apart_along_axis(
+        is_edge_edge,
+        a1[i] - a1[j],
+        a2[i] - a2[j],
+        a3[i] - a3[j],
+        b1[i] - b1[j],
+        b2[i] - b2[j],
+        b3[i] - b3[j],
+        threshold,
+    )
+
+
+@compiled
 def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
     """First contact of a pair; a_k, b_k are nodes 1..3 relative to node 0 at t = 0, 1.
 
@@ -115,11 +139,17 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
     m2 = max(max_abs3(a2), max_abs3(b2))
     m3 = max(max_abs3(a3), max_abs3(b3))
     gap_error = GAP_ERROR * max(m1, max(m2, m3))
-    # The relative motion is mostly small, however far the pair travels: the axes settle
-    # 86 % of the candidates of armadillo-rollers, 75 % of cloth-ball, with no product.
+    # The relative motion is mostly small, however far the pair travels. With no product the
+    # axes settle 92 % of the candidates of armadillo-rollers and 81 % of cloth-ball, and the
+    # diagonals of their planes, |n|_1 = 2, two thirds of what is left.
     for k in range(3):
         if _apart_along_axis(
             is_edge_edge, a1[k], a2[k], a3[k], b1[k], b2[k], b3[k], gap_error + TINY
+        ):
+            return APART, 1.0, (0.0, 0.0, 0.0), 0
+    for k in range(3):
+        if _apart_along_diagonals(
+            is_edge_edge, k, (k + 1) % 3, a1, a2, a3, b1, b2, b3, 2.0 * gap_error + TINY
         ):
             return APART, 1.0, (0.0, 0.0, 0.0), 0
     # By a power of two to a size near 1: exact, and products neither overflow nor vanish.
@@ -127,8 +157,13 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
     a1, a2, a3 = scale3(size, a1), scale3(size, a2), scale3(size, a3)
     b1, b2, b3 = scale3(size, b1), scale3(size, b2), scale3(size, b3)
     m1, m2, m3, gap_error = size * m1, size * m2, size * m3, size * gap_error
-    cubic = (0.0, 0.0, 0.0, 0.0)
     cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + TINY
+    # a fifth to a half of what is left after that is never coplanar at first sight
+    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)
+    low = min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3]))
+    high = max(max(cubic[0], cubic[1]), max(cubic[2], cubic[3]))
+    if low > cubic_error or high < -cubic_error:
+        return APART, 1.0, (0.0, 0.0, 0.0), 1
     direction = (0.0, 0.0, 0.0)
     t = 0.0
     for step in range(1, MAX_STEPS + 1):
@@ -149,8 +184,6 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
         if until_m > until:
             until = until_m
             direction = m
-        if step == 1:
-            cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)
         until = max(until, root_free_until(cubic, t, cubic_error))
         if until > 1.0:
             return APART, 1.0, direction, step

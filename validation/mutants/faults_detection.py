@@ -44,9 +44,9 @@ DETECTION = [
     Fault(
         "coplanar-at-the-start-skipped",
         "izo_ref/scalar/advance.py",
-        "            cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n",
-        "            cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n"
-        "            if cubic[0] == 0.0:\n                return APART, 1.0, n, step\n",
+        "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n",
+        "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n"
+        "    if cubic[0] == 0.0:\n        return APART, 1.0, (0.0, 0.0, 0.0), 1\n",
         "pairs that are coplanar at t = 0 are not looked at",
         (CASES,),
         CPU_SIMULATOR,
@@ -110,6 +110,22 @@ DETECTION = [
         (CASES, INTEGERS),
     ),
     Fault(
+        "diagonal-of-one-end",
+        "izo_ref/scalar/advance.py",
+        "        b3[i] - b3[j],\n",
+        "        a3[i] - a3[j],\n",
+        "the test along a diagonal takes the last node where it was at the start",
+        (CASES, INTEGERS),
+    ),
+    Fault(
+        "sign-of-the-cubic-at-its-ends",
+        "izo_ref/scalar/advance.py",
+        "    low = min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3]))\n",
+        "    low = min(cubic[0], cubic[3])\n",
+        "a cubic that is positive at both ends counts as positive in between",
+        (CASES, INTEGERS),
+    ),
+    Fault(
         "wrong-sign-of-normal",
         "izo_ref/scalar/frame.py",
         "    if gap_t0 < 0.0:\n",
@@ -162,13 +178,21 @@ DETECTION = [
         ELSEWHERE,
     ),
     Fault(
-        "candidates-beyond-capacity-dropped",
+        "contacts-beyond-capacity-dropped",
         "izo_ref/broad.py",
-        "            yield pairs\n",
-        "            yield pairs[:batch_pairs]\n",
-        "candidates beyond the room for them are dropped without a word",
+        "    if full.any():\n",
+        "    if False:\n",
+        "what was found beyond the room for it is dropped without a word",
         (BROAD,),
         GPU_SIMULATOR,
+    ),
+    Fault(
+        "buffer-forgets-where-it-was",
+        "izo_ref/serial/tree.py",
+        "                return count, node\n",
+        "                return count, next_node(node)\n",
+        "when the buffer of candidates is full, the leaf that came next is skipped",
+        (BROAD,),
     ),
     Fault(
         "one-impact-a-vertex",

@@ -49,11 +49,11 @@ SOLVERS = [
     ),
     Fault(
         "status-in-a-shared-place",
-        "izo_ref/cpu/advance.py",
-        "        statuses_out[i] = status\n",
-        "        statuses_out[i // 2 * 2] = status\n",
-        "two pairs write their status to the same place: the later thread wins",
-        ("tests/test_detect.py::test_frames_of_impacts", "tests/test_certify.py"),
+        "izo_ref/cpu/contacts.py",
+        "            positions_t1,\n            starts[k],\n",
+        "            positions_t1,\n            starts[k // 2 * 2],\n",
+        "two chunks write what they find to the same place: the later thread wins",
+        ("tests/test_detect.py", "tests/test_broad.py"),
         ELSEWHERE,
     ),
     Fault(
