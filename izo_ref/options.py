@@ -57,8 +57,8 @@ class Options:
             violation of 1e-5 to 1e-4 of the thickness, whatever the tolerances.
         small_zone: [impacts], see `method`. Block pivoting factors dense matrices of the
             active impacts, an active set takes a step for each row that block pivoting did
-            not find: 1 and 4 ms for 256 impacts, random and redundant, where the interior
-            point takes 12 and 13; 20 and 60 ms for a pile of 490, against 13.
+            not find: 0.6 and 4 ms for 256 impacts, random and redundant, where the interior
+            point takes 5 and 6; 80 ms for a pile of 490, against 8.
         gap_tolerance: relative duality gap at which a zone counts as solved.
         violation_tolerance: largest violation, as a fraction of the thickness, at which a
             zone counts as solved.
