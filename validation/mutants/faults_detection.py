@@ -190,8 +190,8 @@ DETECTION = [
         "buffer-forgets-where-it-was",
         "izo_ref/serial/tree.py",
         "                return count, node\n",
-        "                return count, next_node(node)\n",
-        "when the buffer of candidates is full, the leaf that came next is skipped",
+        "                return count, 0\n",
+        "when the buffer of candidates is full, the rest of the tree is skipped",
         (BROAD,),
     ),
     Fault(
