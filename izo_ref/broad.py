@@ -6,6 +6,7 @@ import numpy as np
 
 from izo_ref.cpu import tree as kernels
 from izo_ref.cpu.contacts import CHUNK
+from izo_ref.ranges import ranges
 from izo_ref.serial.tree import GROUP, Tree
 
 
@@ -92,7 +93,7 @@ def search(kernel, columns, queries: Elements, leaves: Elements, *arguments):
     counts, tallies, found = launch(chunks, starts)
     full = counts > ROOM
     written = np.where(full, 0, counts)
-    index = np.repeat(starts[:-1], written) + _ranks(written)
+    index = ranges(starts[:-1], written)
     found = [column[index] for column in found]
     if full.any():
         ends = np.cumsum(counts[full])
@@ -100,11 +101,6 @@ def search(kernel, columns, queries: Elements, leaves: Elements, *arguments):
         found = [np.concatenate(both) for both in zip(found, more, strict=True)]
     candidates, proofs = tallies[:, :2].sum(axis=0)
     return found, (int(candidates), int(proofs), int(tallies[:, 2].max(initial=0)))
-
-
-def _ranks(counts):
-    """0, 1, ... for each of the counts."""
-    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def _scattered(n):

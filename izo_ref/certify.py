@@ -21,7 +21,7 @@ class PathCertificate(NamedTuple):
     candidates: int  # pairs with swept boxes that meet; all others are apart by that
     vertex_face: int  # of these, by kind
     edge_edge: int
-    proofs: int  # steps of all proofs; a pair apart at first sight takes one
+    proofs: int  # steps of all proofs; a pair apart along an axis or a diagonal takes none
     most_proofs: int  # for one pair
     exact: int  # pairs that floats could not decide, so exact arithmetic did
     meeting: Pairs  # what meets

@@ -107,9 +107,9 @@ class Detector:
 
     def _contacts(self, queries, leaves, positions_t1):
         """Elements, nodes, times and directions of the pairs not proved apart."""
-        (pairs, toi, directions), tally = search(
+        (pairs, nodes, toi, directions), tally = search(
             find_contacts,
-            ((np.int32, 2), (np.float64,), (np.float64, 3)),
+            ((np.int32, 2), (np.int32, 4), (np.float64,), (np.float64, 3)),
             queries,
             leaves,
             queries is leaves,
@@ -117,14 +117,12 @@ class Detector:
             positions_t1,
         )
         self.tally.add("edge_edge" if queries is leaves else "vertex_face", *tally)
-        first, second = queries.tree.order[pairs[:, 0]], leaves.tree.order[pairs[:, 1]]
-        nodes = queries.tree.nodes[pairs[:, 0]], leaves.tree.nodes[pairs[:, 1]]
-        if queries is not leaves:
-            return np.column_stack((first, second)), np.hstack(nodes), toi, directions
-        swap = (first > second)[:, None]
-        elements, other = np.column_stack((first, second)), np.column_stack((second, first))
-        nodes = np.where(swap, np.hstack(nodes[::-1]), np.hstack(nodes))
-        return np.where(swap, other, elements), nodes, toi, directions
+        elements = np.column_stack(
+            (queries.tree.order[pairs[:, 0]], leaves.tree.order[pairs[:, 1]])
+        )
+        if queries is leaves:
+            elements.sort(axis=1)
+        return elements, nodes, toi, directions
 
 
 def _pair_keys(pairs: Pairs):

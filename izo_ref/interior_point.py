@@ -44,9 +44,9 @@ class _Rows:
     def __init__(self, zone):
         self.zone = zone
         rows = zone.nodes, zone.coefficients, zone.normals
-        self.entries, self.values = row_products(*rows, zone.n_vertices)
-        self.diagonal = np.flatnonzero(self.entries[:, 0] == self.entries[:, 1])
-        self.factors = SparseCholesky(self.entries, len(zone.rhs), 1)
+        entries, self.values = row_products(*rows, zone.n_vertices)
+        self.diagonal = np.flatnonzero(entries[:, 0] == entries[:, 1])
+        self.factors = SparseCholesky(entries, len(zone.rhs), 1)
 
     def start(self, multipliers):
         # z = C^T l at the start is z = C^T l to rounding at the end, whatever was factored

@@ -4,6 +4,7 @@ import numba
 import numpy as np
 
 from izo_ref.cpu import sparse as kernels
+from izo_ref.ranges import ranges
 from izo_ref.serial import elimination
 from izo_ref.serial.fronts import Fronts
 from izo_ref.serial.minimum_degree import minimum_degree
@@ -83,7 +84,7 @@ def _fronts_of(entries, n, size, threads):
     last = firsts[1:] - 1
     counts = np.diff(column_starts)[last]
     starts = np.concatenate(([0], np.cumsum(counts)))
-    index = np.arange(starts[-1]) + np.repeat(column_starts[last] - starts[:-1], counts)
+    index = ranges(column_starts[last], counts)
     above, places = np.empty(len(own), np.int32), np.empty(starts[-1], np.int32)
     elimination.relative_rows(
         firsts, column_starts, column_rows, node_of, above, places, starts[:-1]

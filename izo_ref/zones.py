@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.problem import ZoneProblem
+from izo_ref.ranges import ranges
 from izo_ref.serial.components import impact_components
 from izo_ref.types import Impacts
 
@@ -151,6 +152,5 @@ def problem_system(problems) -> tuple[ZoneSystem, np.ndarray]:
 def members(values, offsets, chosen):
     """The blocks chosen, one after the other, and where each begins."""
     counts = np.diff(offsets)[chosen]
-    ends = np.cumsum(counts)
-    index = np.arange(counts.sum()) + np.repeat(offsets[:-1][chosen] - (ends - counts), counts)
-    return values[index], np.concatenate(([0], ends))
+    index = ranges(offsets[:-1][chosen], counts)
+    return values[index], np.concatenate(([0], np.cumsum(counts)))

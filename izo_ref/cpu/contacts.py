@@ -24,6 +24,7 @@ def find_contacts(
     counts_out,  # (n,) i8, contacts of each chunk, also those without room
     tallies_out,  # (n, 3) i8, candidates, proofs, the most proofs for one
     pairs_out,  # (starts[n], 2) i4, places of the elements of each contact
+    nodes_out,  # (starts[n], 4) i4, its vertices
     toi_out,  # (starts[n],) f8
     directions_out,  # (starts[n], 3) f8
 ):
@@ -41,6 +42,7 @@ def find_contacts(
             starts[k],
             starts[k + 1],
             pairs_out,
+            nodes_out,
             toi_out,
             directions_out,
         )

@@ -139,9 +139,10 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
     m2 = max(max_abs3(a2), max_abs3(b2))
     m3 = max(max_abs3(a3), max_abs3(b3))
     gap_error = GAP_ERROR * max(m1, max(m2, m3))
-    # The relative motion is mostly small, however far the pair travels. With no product the
-    # axes settle 92 % of the candidates of armadillo-rollers and 81 % of cloth-ball, and the
-    # diagonals of their planes, |n|_1 = 2, two thirds of what is left.
+    # The relative motion is mostly small, however far the pair travels: the axes settle most
+    # pairs with no product, and the diagonals of their planes, |n|_1 = 2, most of the rest. By
+    # the diagonals the proofs of the 7,099,982 candidates of armadillo-rollers, which its
+    # certificate counts, fall from 993,475 to 449,144.
     for k in range(3):
         if _apart_along_axis(
             is_edge_edge, a1[k], a2[k], a3[k], b1[k], b2[k], b3[k], gap_error + TINY
@@ -158,7 +159,7 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3):
     b1, b2, b3 = scale3(size, b1), scale3(size, b2), scale3(size, b3)
     m1, m2, m3, gap_error = size * m1, size * m2, size * m3, size * gap_error
     cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + TINY
-    # a fifth to a half of what is left after that is never coplanar at first sight
+    # a pair that is never coplanar needs no closest points
     cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)
     low = min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3]))
     high = max(max(cubic[0], cubic[1]), max(cubic[2], cubic[3]))
