@@ -86,50 +86,6 @@ def _contacts_of_pairs(
     return contacts, proofs, most
 
 
-# Tests are loops of their own over plain arrays: with the trees in them, each use of a field
-# would be counted as a reference: 0.95 s for armadillo-rollers on one thread, not 0.63.
-@compiled
-def _contacts_of_pairs(
-    found,
-    count,
-    first_order,
-    first_nodes,
-    second_order,
-    second_nodes,
-    positions_t0,
-    positions_t1,
-    start,
-    end,
-    pairs_out,
-    nodes_out,
-    toi_out,
-    directions_out,
-):
-    contacts, proofs, most = 0, 0, 0
-    is_edge_edge = first_nodes.shape[1] == 2
-    for i in range(count):
-        nodes = pair_nodes(
-            found[i, 0], found[i, 1], first_order, first_nodes, second_order, second_nodes
-        )
-        a1, a2, a3 = relative_nodes(positions_t0, nodes)
-        b1, b2, b3 = relative_nodes(positions_t1, nodes)
-        status, toi, direction, steps = advance(is_edge_edge, a1, a2, a3, b1, b2, b3)
-        proofs += steps
-        most = max(most, steps)
-        if status == APART:
-            continue
-        at = start + contacts
-        contacts += 1
-        if at < end:
-            pairs_out[at, 0], pairs_out[at, 1] = found[i, 0], found[i, 1]
-            toi_out[at] = toi
-            for k in range(4):
-                nodes_out[at, k] = nodes[k]
-            for axis in range(3):
-                directions_out[at, axis] = direction[axis]
-    return contacts, proofs, most
-
-
 @compiled
 def contacts_of_groups(
     first_group,
