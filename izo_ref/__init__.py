@@ -5,6 +5,7 @@ from izo_ref.detect import find_impacts
 from izo_ref.distance import distance_bound
 from izo_ref.errors import IzoError
 from izo_ref.options import Options
+from izo_ref.plan import Plan, plan
 from izo_ref.problem import Residuals, ZoneProblem, ZoneSolution, residuals
 from izo_ref.resolve import Result, resolve
 from izo_ref.scene import Scene
@@ -19,6 +20,7 @@ __all__ = [
     "Options",
     "Pairs",
     "PathCertificate",
+    "Plan",
     "Residuals",
     "Result",
     "Scene",
@@ -31,6 +33,7 @@ __all__ = [
     "certify_path",
     "distance_bound",
     "find_impacts",
+    "plan",
     "residuals",
     "resolve",
     "solve_zone",

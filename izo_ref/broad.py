@@ -1,109 +1,130 @@
-"""Broad phase: which elements have swept boxes that meet."""
+"""Broad phase: which elements have moving boxes that meet."""
 
-from math import gcd
+from math import frexp, gcd, ldexp
 
 import numpy as np
 
 from izo_ref.cpu import tree as kernels
-from izo_ref.cpu.contacts import CHUNK
+from izo_ref.cpu.contacts import CHUNK, find_pairs
 from izo_ref.ranges import ranges
-from izo_ref.serial.tree import GROUP, Tree
+from izo_ref.serial.tree import ROWS, WIDTH, Tree
 
 
 class Elements:
     """Elements of one kind (vertices, edges or faces), sorted in space, in a tree of boxes.
 
-    The order is made once, from the first positions; `refit` follows later positions.
+    The order is made once, from where they start.
+
+    Args:
+        nodes: (n, k) i4, vertices of all there are.
+        positions_t0: (n_vertices, 3) f8 [m].
+        ids: (m,) which of them; all if None.
+        dtype: of the boxes.
 
     Attributes:
         tree: `Tree`.
     """
 
-    def __init__(self, nodes, positions_t0, positions_t1):
-        boxes = np.empty((len(nodes), 6))
-        kernels.element_boxes(positions_t0, positions_t1, nodes, boxes)
-        order = np.argsort(morton_codes_of(boxes), kind="stable")
-        groups = max(1, -(-len(nodes) // GROUP))
-        n_nodes = 2 << (groups - 1).bit_length()
+    def __init__(self, nodes, positions_t0, ids=None, dtype=np.float32):
+        chosen = nodes if ids is None else nodes[ids]
+        order = np.argsort(morton_codes_of(positions_t0, chosen))
+        order = (order if ids is None else ids[order]).astype(np.int32)
+        sizes = [-(-max(len(order), 1) // WIDTH)]
+        while sizes[-1] > 1 or len(sizes) == 1:
+            sizes.append(-(-sizes[-1] // WIDTH))
+        levels = np.concatenate(([0], np.cumsum(sizes)))
+        blocks = np.empty((levels[-1], ROWS, WIDTH), dtype)
+        for last in levels[1:] - 1:  # lanes with nothing in there: apart from all that is
+            blocks[last, [0, 1, 2, 6, 7, 8]] = np.inf
+            blocks[last, [3, 4, 5, 9, 10, 11]] = -np.inf
         self.tree = Tree(
             order,
             np.ascontiguousarray(nodes[order]),
-            np.ascontiguousarray(boxes[order]),
-            np.ones(len(nodes), bool),
-            np.empty((n_nodes, 6)),
-            np.zeros(n_nodes, bool),
+            blocks,
+            np.zeros(levels[-1], np.uint8),
+            levels,
         )
-        self._fill_nodes()
 
-    def refit(self, positions_t0, positions_t1, vertex_moved):
-        """Boxes of new positions; elements with a moved vertex are the ones looked at."""
+    def refit(self, vertex_boxes, vertex_moved):
+        """Boxes of elements with a moved vertex; they are the ones looked at."""
         tree = self.tree
-        kernels.element_boxes(positions_t0, positions_t1, tree.nodes, tree.boxes)
-        kernels.element_moved(vertex_moved, tree.nodes, tree.moved)
-        self._fill_nodes()
+        kernels.moved_lanes(vertex_moved, tree.nodes, tree.lanes)
+        kernels.element_blocks(vertex_boxes, tree.nodes, tree.lanes, tree.blocks)
+        for first, end in zip(tree.levels[:-2], tree.levels[1:-1], strict=True):
+            kernels.parent_blocks(first, end, tree.lanes, tree.blocks)
 
-    def _fill_nodes(self):
-        tree = self.tree
-        kernels.leaf_groups(tree.boxes, tree.moved, tree.node_boxes, tree.node_moved)
-        begin = len(tree.node_boxes) // 4
-        while begin >= 1:
-            kernels.parent_nodes(begin, tree.node_boxes, tree.node_moved)
-            begin //= 2
+    def with_vertex(self, marked):
+        """(n,) b1, whether the element in each place has a marked vertex."""
+        lanes = np.empty(self.tree.levels[1], np.uint8)
+        kernels.moved_lanes(marked, self.tree.nodes, lanes)
+        return _each(lanes)
+
+    def in_lanes(self):
+        """(n,) b1, whether the element in each place has to be looked at."""
+        return _each(self.tree.lanes[: self.tree.levels[1]])
 
 
-def morton_codes_of(boxes):
-    """(n,) i8, where on a Morton curve the centre of each box lies."""
-    codes = np.zeros(len(boxes), np.int64)
-    if len(boxes):
-        origin = boxes[:, :3].min(axis=0)
-        extent = float((boxes[:, 3:].max(axis=0) - origin).max())
-        kernels.morton_codes(boxes, origin, 2.0**21 / extent if extent > 0.0 else 0.0, codes)
+def _each(lanes):
+    return np.unpackbits(lanes, bitorder="little").view(bool)
+
+
+def morton_codes_of(positions, nodes):
+    """(n,) i8, where on a Morton curve the mean of each row of nodes lies."""
+    codes = np.zeros(len(nodes), np.int64)
+    if len(nodes):
+        origin = positions.min(axis=0)
+        extent = float((positions.max(axis=0) - origin).max())
+        cells_per_m = 2.0**21 / extent if extent > 0.0 else 0.0
+        kernels.morton_codes(positions, nodes, origin, cells_per_m, codes)
     return codes
 
 
-# Pairs that each chunk of queries has room for at first: four for each. Of 143 chunks of
-# edges of armadillo-rollers 29 find more than one for each. Memory that is not written to is
-# not taken.
-ROOM = 4 * GROUP * CHUNK
+def vertex_boxes(positions_t0, low_t1, high_t1, dtype=np.float32):
+    """(n_vertices, 9), where each vertex starts, and between what it ends.
 
-
-def search(kernel, columns, queries: Elements, leaves: Elements, *arguments):
-    """Launch a search over all queries, and once more for those that found more than there
-    was room for.
-
-    Args:
-        kernel: of cpu/contacts.py.
-        columns: what it writes for each pair: a dtype and the numbers of it.
-        arguments: of the kernel, after the trees.
-
-    Returns:
-        The columns of what was found, in any order; candidates, proofs, most proofs for one.
+    About the centre of the start, in a power of two of its extent, so that float32 says most.
     """
-    n = -(-len(queries.tree.order) // (GROUP * CHUNK))
-    chunks = _scattered(n)
+    boxes = np.empty((len(positions_t0), 9), dtype)
+    if len(boxes):
+        low, high = positions_t0.min(axis=0), positions_t0.max(axis=0)
+        origin = 0.5 * low + 0.5 * high
+        exponent = frexp(float((0.5 * high - 0.5 * low).max()))[1]
+        kernels.vertex_boxes(
+            positions_t0, low_t1, high_t1, origin, ldexp(1.0, min(-exponent, 1000)), boxes
+        )
+    return boxes
+
+
+# Pairs that each chunk of queries has room for at first: eight for each. Memory that is not
+# written to is not taken.
+ROOM = 8 * CHUNK
+
+
+def meeting_pairs(queries: Elements, leaves: Elements):
+    """(n, 2) i4, places of a query and a leaf whose boxes meet; no pairs that share a vertex.
+
+    Those that found more than there was room for are searched once more.
+    """
+    n = -(-len(queries.tree.order) // CHUNK)
+    chunks = scattered(n)
 
     def launch(chunks, starts):
-        counts, tallies = np.empty(len(chunks), np.int64), np.empty((len(chunks), 3), np.int64)
-        found = [np.empty((starts[-1], *width), dtype) for dtype, *width in columns]
-        trees = queries.tree, leaves.tree
-        kernel(chunks, starts, *trees, *arguments, counts, tallies, *found)
-        return counts, tallies, found
+        counts, pairs = np.empty(len(chunks), np.int64), np.empty((starts[-1], 2), np.int32)
+        find_pairs(chunks, starts, queries.tree, leaves.tree, queries is leaves, counts, pairs)
+        return counts, pairs
 
     starts = ROOM * np.arange(n + 1)
-    counts, tallies, found = launch(chunks, starts)
+    counts, pairs = launch(chunks, starts)
     full = counts > ROOM
-    written = np.where(full, 0, counts)
-    index = ranges(starts[:-1], written)
-    found = [column[index] for column in found]
+    pairs = pairs[ranges(starts[:-1], np.where(full, 0, counts))]
     if full.any():
         ends = np.cumsum(counts[full])
-        _, _, more = launch(chunks[full], np.concatenate(([0], ends)))
-        found = [np.concatenate(both) for both in zip(found, more, strict=True)]
-    candidates, proofs = tallies[:, :2].sum(axis=0)
-    return found, (int(candidates), int(proofs), int(tallies[:, 2].max(initial=0)))
+        _, more = launch(chunks[full], np.concatenate(([0], ends)))
+        pairs = np.concatenate((pairs, more))
+    return pairs
 
 
-def _scattered(n):
+def scattered(n):
     """0 ... n - 1 in an order that spreads neighbours over the threads, which take one
     stretch of it each: contacts come in clusters."""
     stride = max(1, round(0.618 * n))

@@ -8,6 +8,7 @@ from izo_ref import checks
 from izo_ref.cpu import advance as kernels
 from izo_ref.detect import Detector
 from izo_ref.exact_path import first_meeting
+from izo_ref.options import RULES
 from izo_ref.types import Impacts, Pairs
 
 
@@ -18,7 +19,7 @@ class PathCertificate(NamedTuple):
     """
 
     free: bool  # every pair but the excluded ones is apart
-    candidates: int  # pairs with swept boxes that meet; all others are apart by that
+    candidates: int  # pairs with moving boxes that meet; all others are apart by that, or rest
     vertex_face: int  # of these, by kind
     edge_edge: int
     proofs: int  # steps of all proofs; a pair apart along an axis or a diagonal takes none
@@ -30,7 +31,7 @@ class PathCertificate(NamedTuple):
     excluded: Pairs | None  # left out, because they intersect at the start
 
 
-def certify_path(scene, positions) -> PathCertificate:
+def certify_path(scene, positions, rules=frozenset(RULES)) -> PathCertificate:
     """Prove each pair of a path apart, or that it meets.
 
     A detection of its own, from new trees of boxes and over all pairs, whatever the path
@@ -43,6 +44,7 @@ def certify_path(scene, positions) -> PathCertificate:
     Args:
         scene: `Scene`, gives the start, the mesh and the pairs left out.
         positions: (n, 3) [m], end of the path.
+        rules: names of `options.RULES` that are applied.
 
     Raises:
         ShapeError, NonFiniteError: of `positions`.
@@ -50,9 +52,9 @@ def certify_path(scene, positions) -> PathCertificate:
     Source: SPEC section 8.
     """
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
-    detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
+    detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded, rules)
     found = detector.find(positions)
-    meeting, exact = _meeting(scene.positions_t0, positions, found)
+    meeting, exact = _meeting(scene.positions_t0, positions, found, "float-verdicts" in rules)
     tally = detector.tally
     return PathCertificate(
         free=len(meeting.toi) == 0,
@@ -69,12 +71,13 @@ def certify_path(scene, positions) -> PathCertificate:
     )
 
 
-def _meeting(positions_t0, positions_t1, found: Impacts):
+def _meeting(positions_t0, positions_t1, found: Impacts, ask_floats):
     """Those of the pairs found that meet, and how many took exact arithmetic."""
-    meets = np.empty(len(found.toi), bool)
-    kernels.certain_meetings(
-        positions_t0, positions_t1, found.nodes, found.is_edge_edge, found.toi, meets
-    )
+    meets = np.zeros(len(found.toi), bool)
+    if ask_floats:
+        kernels.certain_meetings(
+            positions_t0, positions_t1, found.nodes, found.is_edge_edge, found.toi, meets
+        )
     toi = found.toi.copy()
     open_pairs = np.flatnonzero(~meets)
     for i in open_pairs:

@@ -10,6 +10,7 @@ from izo_ref.detect import find_impacts
 from izo_ref.errors import IzoError
 from izo_ref.io import check_writable, load_result, load_scene, save_json, save_result
 from izo_ref.options import CHOICES, Options
+from izo_ref.plan import plan
 from izo_ref.resolve import resolve
 from izo_ref.summary import certificate_summary, impacts_summary, result_summary
 from izo_ref.types import Status
@@ -85,6 +86,14 @@ def _certify(args):
     return FREE if certificate.free else NOT_FREE
 
 
+def _plan(args):
+    needed = plan(load_scene(args.step, args.initial_intersections))
+    if args.json:
+        save_json(args.json, {"plan": [line._asdict() for line in needed.lines]})
+    _say(str(needed))
+    return FREE
+
+
 def _demo(args):
     from izo_ref.demo import write_demo
 
@@ -156,6 +165,7 @@ def _parser():
     sub.add_argument("--selection", default=defaults.selection, choices=CHOICES["selection"])
     sub.add_argument("--relinearize", type=int, default=defaults.relinearize, metavar="ROUNDS")
     command("detect", _detect, "list the pairs that meet on the path")
+    command("plan", _plan, "say what resolving a step needs, what is left out, and why")
     sub = command("certify", _certify, "prove each pair of a path apart, or that it meets")
     sub.add_argument("--positions", metavar="OUT.npz", help="end positions; the step's own if none")
     sub = command("demo", _demo, "resolve a scene of our own and write a page", step=False)

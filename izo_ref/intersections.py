@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from izo_ref.broad import Elements, search
+from izo_ref.broad import Elements, meeting_pairs, vertex_boxes
 from izo_ref.cpu.contacts import find_crossings
 from izo_ref.detect import Detector
 from izo_ref.exact import simplices_meet
-from izo_ref.scalar.advance import CONTACT, UNDECIDED
+from izo_ref.scalar.advance import APART, CONTACT, UNDECIDED
 from izo_ref.types import Pairs
 
 
@@ -38,9 +38,15 @@ def _ids(nodes):
 
 def _crossing_edges(positions, edges, faces):
     """(n, 2) edge and face of each edge that meets a face."""
-    elements = Elements(edges, positions, positions), Elements(faces, positions, positions)
-    columns = (np.int32, 2), (np.int8,)
-    (pairs, statuses), _ = search(find_crossings, columns, *elements, positions)
+    elements = Elements(edges, positions), Elements(faces, positions)
+    boxes, every = vertex_boxes(positions, positions, positions), np.ones(len(positions), bool)
+    for part in elements:
+        part.refit(boxes, every)
+    pairs = meeting_pairs(*elements)
+    statuses = np.empty(len(pairs), np.int8)
+    find_crossings(pairs, *(part.tree.nodes for part in elements), positions, statuses)
+    near = statuses != APART
+    pairs, statuses = pairs[near], statuses[near]
     found = np.column_stack([e.tree.order[pairs[:, k]] for k, e in enumerate(elements)])
     for i in np.flatnonzero(statuses == UNDECIDED):
         edge, face = found[i]

@@ -64,9 +64,9 @@ class Loop:
         self.options = options
         self.history = []
         self._on_iteration = on_iteration
-        self._detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
-        self._seen = None  # positions of the last detection, and what it found
-        self._pending = no_impacts()
+        self._detector = Detector(
+            scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.rules
+        )
         self.longest = (scene.positions_t1, -1.0)
         self.restart(no_impacts())
 
@@ -140,31 +140,25 @@ class Loop:
     def detect(self):
         """Impacts of the path to the positions now, but those between pinned points.
 
-        Only pairs with a vertex that moved since the last detection are looked at; of the
-        others, those that met then meet now.
-
         Returns:
-            `Impacts`, and how many vertices moved.
+            `Impacts`, and how many vertices moved since the last detection.
         """
-        if self._seen is None:
-            moved = np.ones(len(self.positions), bool)
-        else:
-            moved = (self.positions != self._seen).any(axis=1)
-        still = ~moved[self._pending.nodes].any(axis=1)
-        found = self._detector.find(self.positions, moved)
-        self._pending = join_impacts((self._pending.take(still), found))
-        self._seen = self.positions.copy()
-        time_free = float(self._pending.toi.min(initial=1.0))
+        found = self._detector.find(self.positions)
+        time_free = float(found.toi.min(initial=1.0))
         if time_free > self.longest[1]:
-            self.longest = (self._seen, time_free)
-        free = ~self.scene.pinned[self._pending.nodes]
-        prescribed = (np.abs(self._pending.weights) * free).sum(axis=1) < NO_WEIGHT
-        self.blocked = self._pending.take(prescribed)
-        return self._pending.take(~prescribed), int(moved.sum())
+            self.longest = (self.positions.copy(), time_free)
+        if not self.scene.pinned.any():
+            return found, self._detector.tally.moved
+        free = ~self.scene.pinned[found.nodes]
+        prescribed = (np.abs(found.weights) * free).sum(axis=1) < NO_WEIGHT
+        self.blocked = found.take(prescribed)
+        return found.take(~prescribed), self._detector.tally.moved
 
     def _solve(self, first_new: int):
         """Solve the zones with an impact from `first_new` on; others keep their solution."""
         zones = build_zones(self.scene, self.impacts)
+        if "changed-zones" not in self.options.rules:
+            first_new = 0
         dirty = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1]) >= first_new
         stuck = np.logical_or.reduceat(self.stuck[zones.vertices], zones.vertex_offsets[:-1])
         for zone in np.flatnonzero(stuck):

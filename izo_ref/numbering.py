@@ -17,8 +17,8 @@ from izo_ref.types import Impacts, Pairs
 def geometric_order(scene):
     """(n,) i8, vertex of each place: by Morton code, then by coordinates."""
     both = np.hstack((scene.positions_t0, scene.positions_t1))
-    boxes = np.hstack((scene.positions_t0, scene.positions_t0))
-    return np.lexsort((*both.T[::-1], morton_codes_of(boxes)))
+    vertices = np.arange(len(both), dtype=np.int32)[:, None]
+    return np.lexsort((*both.T[::-1], morton_codes_of(scene.positions_t0, vertices)))
 
 
 def renumbered(scene, order):

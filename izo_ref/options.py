@@ -17,6 +17,19 @@ CHOICES = {
     "precision": ("float64", "float32"),
 }
 
+# What a scene may not need, and so is left out; `izo_ref.plan` says which apply, and why. None
+# of them changes a bit of the answer, but `closed-form`, which changes its last ones.
+RULES = {
+    "still": "pairs of two sides that are at rest are not looked at",
+    "one-box": "a part at rest is one box until something that moves gets there",
+    "float32-boxes": "boxes are compared in float32; rounding keeps their order",
+    "incremental": "a detection looks again only at what moved since the one before",
+    "changed-zones": "a zone without new impacts keeps its solution",
+    "small-launches": "what takes microseconds is not spread over threads",
+    "closed-form": "a zone of one impact takes one division, not a solver",
+    "float-verdicts": "exact arithmetic decides what floats cannot, and nothing else",
+}
+
 
 @dataclass(frozen=True, kw_only=True)
 class Options:
@@ -64,6 +77,8 @@ class Options:
             zone counts as solved.
         thickness_fraction: thickness if none is given, as a fraction of the median length
             of the edges at the start.
+        plan: `needed`: every rule of `RULES` is applied where it can be; `everything`: none
+            is; or the names of those that are. For comparing: the answer is the same.
     """
 
     selection: str = "independent"
@@ -81,6 +96,7 @@ class Options:
     gap_tolerance: float = 1e-9
     violation_tolerance: float = 1e-9
     thickness_fraction: float = 1e-3
+    plan: str | tuple[str, ...] = "needed"
 
     def __post_init__(self):
         for name, choices in CHOICES.items():
@@ -89,8 +105,19 @@ class Options:
         for field in fields(self):
             value = getattr(self, field.name)
             is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if field.name not in CHOICES and not (is_number and value >= 0):
+            if field.name in (*CHOICES, "plan"):
+                continue
+            if not (is_number and value >= 0):
                 raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")
+        named = () if self.plan in ("needed", "everything") else self.plan
+        unknown = (
+            [named] if isinstance(named, str) else [rule for rule in named if rule not in RULES]
+        )
+        if unknown:
+            raise OptionError(
+                f"plan: expected 'needed', 'everything' or names of {tuple(RULES)}, "
+                f"got {unknown[0]!r}"
+            )
         own = PRESET_METHODS.get(self.preset)
         if own and self.method not in ("auto", own):
             raise OptionError(
@@ -100,3 +127,9 @@ class Options:
         float32_offered = own or self.method in (*LAGRANGIAN, *SWEEPS)
         if self.precision == "float32" and not float32_offered:
             raise OptionError(f"precision: the method {self.method!r} offers float64 only")
+
+    @property
+    def rules(self) -> frozenset[str]:
+        """Names of the rules that are applied."""
+        named = {"needed": RULES, "everything": ()}
+        return frozenset(named[self.plan] if isinstance(self.plan, str) else self.plan)

@@ -8,11 +8,13 @@ import numpy as np
 
 from izo_ref import checks
 from izo_ref.certify import PathCertificate, certify_path
+from izo_ref.detect import median_length
 from izo_ref.errors import DeviceUnavailable, OptionError
 from izo_ref.fallback import ScaledBack, scale_back
 from izo_ref.loop import Iteration, Loop, objective
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
 from izo_ref.options import Options
+from izo_ref.plan import Plan, plan
 from izo_ref.problem import Residuals, residuals
 from izo_ref.scene import Scene
 from izo_ref.types import Impacts, Status
@@ -43,6 +45,7 @@ class Result:
             the path that was free for the longest time, of all that were tried.
         history: list of `Iteration`.
         timings: seconds by stage.
+        plan: `Plan`, what was needed of the pipeline.
         options: `Options` used.
     """
 
@@ -61,6 +64,7 @@ class Result:
     time_free: float
     history: list[Iteration]
     timings: dict[str, float]
+    plan: Plan
     options: Options
 
 
@@ -95,6 +99,8 @@ def resolve(
     thickness = _thickness(scene, thickness, options)
     times = {"start": time.perf_counter()}
 
+    needed = plan(scene, options)
+    times["plan"] = time.perf_counter()
     order = geometric_order(scene)
     loop = Loop(renumbered(scene, order), thickness, options, on_iteration)
     free = loop.run(0)
@@ -111,7 +117,7 @@ def resolve(
 
     positions = np.empty_like(scene.positions_t1)
     positions[order] = loop.positions
-    certificate = certify_path(scene, positions)
+    certificate = certify_path(scene, positions, options.rules)
     times["certify"] = time.perf_counter()
     scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
 
@@ -137,6 +143,7 @@ def resolve(
         time_free=certificate.time_free,
         history=loop.history,
         timings=_durations(times),
+        plan=needed,
         options=options,
     )
 
@@ -184,9 +191,8 @@ def _thickness(scene, thickness, options):
         return checks.thickness(thickness)
     if len(scene.edges) == 0:
         return 1.0  # no edges, no faces: nothing can meet, any will do
-    a, b = scene.positions_t0[scene.edges].transpose(1, 0, 2)
-    lengths = np.linalg.norm(a - b, axis=1)
-    return checks.thickness(options.thickness_fraction * float(np.median(lengths)))
+    length = median_length(scene.positions_t0, scene.edges)
+    return checks.thickness(options.thickness_fraction * length)
 
 
 def _check_device(device):

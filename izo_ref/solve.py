@@ -37,7 +37,8 @@ def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> S
     sizes = np.diff(system.impact_offsets)[small]
     work = (sizes * (sizes + 60)).sum()
     kernel = kernels.solve_small_zones
-    (kernel if work > SERIAL_WORK else kernel.alone)(
+    few = work <= SERIAL_WORK and "small-launches" in options.rules
+    (kernel.alone if few else kernel)(
         small,
         first_tried,
         system.impact_offsets,
@@ -84,7 +85,8 @@ def _small_zones(system, options):
     if options.method == "interior-point":
         return np.empty(0, np.int64), np.empty(0, np.int8)
     small = np.flatnonzero(sizes <= options.small_zone)
-    return small, np.where(sizes[small] == 1, CLOSED_FORM, BLOCK_PIVOT).astype(np.int8)
+    single = (sizes[small] == 1) & ("closed-form" in options.rules)
+    return small, np.where(single, CLOSED_FORM, BLOCK_PIVOT).astype(np.int8)
 
 
 def _solve_large(system, options, rows, zone, z, scaled, active, steps):

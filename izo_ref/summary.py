@@ -68,5 +68,6 @@ def result_summary(result: Result) -> dict:
         "iterations": len(result.history),
         "history": [row._asdict() for row in result.history],
         "timings_s": result.timings,
+        "plan": [line._asdict() for line in result.plan.lines],
         "options": dataclasses.asdict(result.options),
     }

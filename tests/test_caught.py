@@ -5,22 +5,25 @@ import pytest
 
 import izo_ref
 from izo_ref.cpu.advance import certain_meetings
-from izo_ref.serial.tree import boxes_meet
+from izo_ref.serial.tree import box_of, meeting_lanes
 from tests.shapes import two_sheets, vertex_over_face
 from validation.oracles.rational import ExactZone, active_rows
 
 AXES_AND_SIDES = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize(("axis", "side"), AXES_AND_SIDES)
-def test_boxes_that_touch_meet_along_each_axis_from_both_sides(axis, side):
-    box = np.array([[0.0, 0, 0, 1, 1, 1]])
-    other = box.copy()
-    other[0, [axis, axis + 3]] += side
-    assert boxes_meet(box, 0, other, 0)
-    inner = axis if side > 0.0 else axis + 3  # the side of the other box that touches
-    other[0, inner] = np.nextafter(other[0, inner], 2.0 * side)
-    assert not boxes_meet(box, 0, other, 0)
+def test_boxes_that_touch_meet_along_each_axis_from_both_sides(axis, side, dtype):
+    block = np.empty((1, 12, 8), dtype)
+    block[0] = np.array([0.0, 0, 0, 1, 1, 1] * 2, dtype)[:, None]
+    for row in range(axis, 12, 3):
+        block[0, row, 5] += side
+    for time in (0, 6):
+        inner = axis + time + (0 if side > 0.0 else 3)  # the side of the box that touches
+        assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255
+        block[0, inner, 5] = np.nextafter(block[0, inner, 5], dtype(2.0 * side))
+    assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255 - 32
 
 
 @pytest.mark.parametrize(("axis", "side"), AXES_AND_SIDES)

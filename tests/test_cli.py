@@ -45,6 +45,14 @@ def test_detect_lists_pairs_and_says_not_free(step, tmp_path, capsys):
     assert found["vertex_face"] + found["edge_edge"] == len(found["first"])
 
 
+def test_plan_says_what_is_left_out(step, tmp_path, capsys):
+    assert run("plan", step, "--json", tmp_path / "plan.json") == 0
+    said = capsys.readouterr().out
+    rows = json.loads((tmp_path / "plan.json").read_text())["plan"]
+    assert all(row["part"] in said and row["reason"] in said for row in rows)
+    assert "pairs at rest      none    still" in said
+
+
 def test_blocked_is_not_free(tmp_path, capsys):
     save_scene(tmp_path / "step.npz", pinch(-0.05))
     out, report = tmp_path / "out.npz", tmp_path / "report.json"

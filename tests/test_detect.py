@@ -4,19 +4,22 @@ from numba import njit
 
 import izo_ref
 from izo_ref.detect import Detector
-from izo_ref.scalar.advance import APART, CONTACT, UNDECIDED, advance
+from izo_ref.options import RULES
+from izo_ref.scalar.advance import APART, CONTACT, MAX_STEPS, UNDECIDED, advance
 from izo_ref.serial.contacts import relative_nodes
 from tests.conftest import load, load_step
 from tests.naive.closest import distance
 from tests.shapes import two_sheets, vertex_over_face
 from validation.oracles import path
 
+NO_REACH = (0.0, 0.0, 0.0, 0.0)
+
 
 def first_contact(is_edge_edge, start, end):
     relative = [
         tuple(float(x) for x in np.subtract(p[k], p[0])) for p in (start, end) for k in (1, 2, 3)
     ]
-    return advance(is_edge_edge, *relative)
+    return advance(is_edge_edge, *relative, NO_REACH, MAX_STEPS)
 
 
 VF, EE = False, True
@@ -216,7 +219,9 @@ def first_contacts(is_edge_edge, start, end):
     for i in range(len(start)):
         a1, a2, a3 = relative_nodes(start[i], nodes)
         b1, b2, b3 = relative_nodes(end[i], nodes)
-        statuses[i], toi[i], _, _ = advance(is_edge_edge, a1, a2, a3, b1, b2, b3)
+        statuses[i], toi[i], _, _ = advance(
+            is_edge_edge, a1, a2, a3, b1, b2, b3, NO_REACH, MAX_STEPS
+        )
     return statuses, toi
 
 
@@ -286,17 +291,69 @@ def test_scaling_a_scene_changes_no_decision(rng, scale):
     np.testing.assert_allclose(a.toi, b.toi, atol=1e-12)
 
 
-def test_looking_only_at_what_moved_finds_what_is_new(rng):
+def same_impacts(a, b):
+    for x, y in zip(a, b, strict=True):
+        np.testing.assert_array_equal(x, y)
+
+
+@pytest.mark.parametrize("rules", [frozenset(RULES), frozenset()])
+@pytest.mark.parametrize("share", [0.02, 0.3, 1.0])
+def test_a_detector_that_follows_a_path_finds_what_a_new_one_finds(rng, share, rules):
+    """Ends that move far, then less and less, as they do in the loop; some go back."""
     scene = two_sheets(rng)
-    detector = Detector(scene.positions_t0, scene.edges, scene.faces)
-    detector.find(scene.positions_t0)
-    part = rng.random(len(scene.positions_t0)) < 0.3
-    end = np.where(part[:, None], scene.positions_t1, scene.positions_t0)
-    some = detector.find(end, part)
-    every = Detector(scene.positions_t0, scene.edges, scene.faces).find(end)
-    assert len(every.toi) > 0
-    for a, b in zip(some, every, strict=True):
-        np.testing.assert_array_equal(a, b)
+    mesh = scene.positions_t0, scene.edges, scene.faces
+    detector = Detector(*mesh, rules=rules)
+    end = scene.positions_t1.copy()
+    sizes, found = [], detector.find(end)
+    for size in (0.1, 0.03, 0.01, 1e-3, 1e-3, 1e-5, 0.05, 1e-7, 1e-9, 0.0):
+        same_impacts(found, Detector(*mesh).find(end))
+        sizes.append(len(found.toi))
+        part = rng.random((len(end), 1)) < share
+        back = rng.random((len(end), 1)) < 0.1
+        step = size * rng.normal(size=end.shape)
+        end = np.where(part, np.where(back, scene.positions_t0, end + step), end)
+        found = detector.find(end)
+    assert len(set(sizes)) > 3
+
+
+def test_a_reach_holds_for_every_end_within(rng):
+    """What is proved apart with a reach is apart wherever the nodes end in there."""
+    proved, met = 0, 0
+    for _ in range(3000):
+        is_edge_edge = bool(rng.random() < 0.5)
+        start, end = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
+        end = start + 0.3 * end
+        reach = tuple((10.0 ** rng.uniform(-6, 0)) * rng.random(4))
+        relative = [tuple(p[k] - p[0]) for p in (start, end) for k in (1, 2, 3)]
+        status, _, _, _ = advance(is_edge_edge, *relative, reach, 4)
+        if status != APART:
+            continue
+        proved += 1
+        for _ in range(8):  # corners of the boxes in which the nodes end
+            other = end + np.array(reach)[:, None] * rng.choice([-1.0, 1.0], (4, 3))
+            met += path.first_meeting(is_edge_edge, start, other) is not None
+    assert proved > 1000
+    assert met == 0
+
+
+def test_a_part_at_rest_is_found_once_something_gets_there(rng):
+    """Sheets far from each other, and a path that leads to the other one later."""
+    scene = two_sheets(rng)
+    n = len(scene.positions_t0) // 2
+    start = scene.positions_t0.copy()
+    start[n:, 2] += 100.0
+    mesh = start, scene.edges, scene.faces
+    detector = Detector(*mesh)
+    end = start.copy()
+    end[:n, 2] += 1.0
+    assert len(detector.find(end).toi) == 0
+    every = Detector(*mesh, rules=frozenset())
+    every.find(end)
+    assert sum(detector.tally.pairs.values()) < sum(every.tally.pairs.values())
+    end[:n, 2] += 200.0
+    found = detector.find(end)
+    assert len(found.toi) > 100
+    same_impacts(found, Detector(*mesh, rules=frozenset()).find(end))
 
 
 @pytest.mark.data

@@ -18,6 +18,7 @@ FLOORS = [
     {
         "broad",
         "detect",
+        "parts",
         "intersections",
         "scene",
         "selection",
@@ -37,7 +38,7 @@ FLOORS = [
         "io",
         "picture",
     },
-    {"loop", "fallback", "resolve", "summary", "demo"},
+    {"loop", "fallback", "resolve", "plan", "summary", "demo"},
     {"cli", "__init__"},
 ]
 SOURCES = sorted(PACKAGE.rglob("*.py"))

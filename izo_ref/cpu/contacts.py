@@ -1,48 +1,74 @@
-"""Pairs of two trees that meet, each thread with some groups of queries at a time."""
+"""Pairs of two trees whose boxes meet, and those that meet themselves."""
 
 from numba import prange
 
 from izo_ref._jit import cpu_kernel
-from izo_ref.serial.contacts import contacts_of_groups, crossings_of_groups
-from izo_ref.serial.tree import GROUP
+from izo_ref.serial.contacts import contacts_of_pairs, crossings_of_pairs
+from izo_ref.serial.tree import WIDTH, pairs_of_block
 
-# Groups a thread takes at a time.
-CHUNK = 64
+# Queries, or pairs, that a thread takes at a time.
+CHUNK = 256
+BLOCKS = CHUNK // WIDTH
+
+
+@cpu_kernel
+def find_pairs(
+    # In:
+    chunks,  # (n,) i8, which queries: chunk c has CHUNK of them, from CHUNK * c on
+    starts,  # (n + 1,) i8, where each chunk writes, and how much room it has
+    queries,  # Tree
+    leaves,  # Tree
+    against_itself,  # b1, they are the same
+    # Out:
+    counts_out,  # (n,) i8, pairs of each chunk, also those without room
+    pairs_out,  # (starts[n], 2) i4, places of the elements of each pair
+):
+    for k in prange(chunks.shape[0]):
+        first = BLOCKS * chunks[k]
+        last = min(first + BLOCKS, (queries.nodes.shape[0] + WIDTH - 1) // WIDTH)
+        count = 0
+        for block in range(first, last):
+            at = starts[k] + count
+            count += pairs_of_block(
+                block, queries, leaves, against_itself, at, starts[k + 1], pairs_out
+            )
+        counts_out[k] = count
 
 
 @cpu_kernel
 def find_contacts(
     # In:
-    chunks,  # (n,) i8, which groups: chunk c has CHUNK of them, from CHUNK * c on
-    starts,  # (n + 1,) i8, where each chunk writes, and how much room it has
-    queries,  # Tree, of vertices or edges
-    leaves,  # Tree, of faces or edges
-    against_itself,  # b1, they are the same
+    chunks,  # (n,) i8, which pairs: chunk c has CHUNK of them, from CHUNK * c on
+    pairs,  # (n_pairs, 2) i4, places
+    first_order,  # (n_queries,) i4
+    first_nodes,  # (n_queries, k) i4, of vertices or edges
+    second_order,  # (n_leaves,) i4
+    second_nodes,  # (n_leaves, l) i4, of faces or edges
     positions_t0,  # (n_vertices, 3) f8  [m]
     positions_t1,  # (n_vertices, 3) f8  [m]
+    reach,  # (n_vertices,) f8  [m], each may end so far from positions_t1, along each axis
+    max_steps,  # i8, proofs before a pair is given up, which then counts as a contact
     # Out:
-    counts_out,  # (n,) i8, contacts of each chunk, also those without room
-    tallies_out,  # (n, 3) i8, candidates, proofs, the most proofs for one
-    pairs_out,  # (starts[n], 2) i4, places of the elements of each contact
-    nodes_out,  # (starts[n], 4) i4, its vertices
-    toi_out,  # (starts[n],) f8
-    directions_out,  # (starts[n], 3) f8
+    tallies_out,  # (n, 3) i8, contacts, proofs, the most proofs for one
+    index_out,  # (n_pairs,) i8, contacts of chunk c stand from CHUNK * c on
+    toi_out,  # (n_pairs,) f8
+    directions_out,  # (n_pairs, 3) f8
 ):
-    groups = (queries.boxes.shape[0] + GROUP - 1) // GROUP
     for k in prange(chunks.shape[0]):
-        first = CHUNK * chunks[k]
-        counts_out[k], tallies_out[k, 0], tallies_out[k, 1], tallies_out[k, 2] = contacts_of_groups(
-            first,
-            min(first + CHUNK, groups),
-            queries,
-            leaves,
-            against_itself,
+        c = chunks[k]
+        tallies_out[c, 0], tallies_out[c, 1], tallies_out[c, 2] = contacts_of_pairs(
+            CHUNK * c,
+            min(CHUNK * (c + 1), pairs.shape[0]),
+            pairs,
+            first_order,
+            first_nodes,
+            second_order,
+            second_nodes,
             positions_t0,
             positions_t1,
-            starts[k],
-            starts[k + 1],
-            pairs_out,
-            nodes_out,
+            reach,
+            max_steps,
+            index_out,
             toi_out,
             directions_out,
         )
@@ -51,28 +77,14 @@ def find_contacts(
 @cpu_kernel
 def find_crossings(
     # In:
-    chunks,  # as of find_contacts, like all below
-    starts,  # (n + 1,) i8
-    queries,  # Tree, of edges
-    leaves,  # Tree, of faces
+    pairs,  # (n_pairs, 2) i4, places of edges and faces
+    edges,  # (n_edges, 2) i4
+    faces,  # (n_faces, 3) i4
     positions,  # (n_vertices, 3) f8  [m]
     # Out:
-    counts_out,  # (n,) i8
-    tallies_out,  # (n, 3) i8, candidates, 0, 0
-    pairs_out,  # (starts[n], 2) i4, places of edges and faces not proved apart
-    statuses_out,  # (starts[n],) i1, of scalar/advance.py
+    statuses_out,  # (n_pairs,) i1, of scalar/advance.py
 ):
-    groups = (queries.boxes.shape[0] + GROUP - 1) // GROUP
-    for k in prange(chunks.shape[0]):
-        first = CHUNK * chunks[k]
-        counts_out[k], tallies_out[k, 0] = crossings_of_groups(
-            first,
-            min(first + CHUNK, groups),
-            queries,
-            leaves,
-            positions,
-            starts[k],
-            starts[k + 1],
-            pairs_out,
-            statuses_out,
-        )
+    for chunk in prange((pairs.shape[0] + CHUNK - 1) // CHUNK):
+        first = CHUNK * chunk
+        last = min(first + CHUNK, pairs.shape[0])
+        crossings_of_pairs(first, last, pairs, edges, faces, positions, statuses_out)

@@ -3,60 +3,50 @@
 import numpy as np
 from numba import prange
 
-from izo_ref._jit import light_kernel
-from izo_ref.serial.tree import GROUP
+from izo_ref._jit import cpu_kernel, light_kernel
+from izo_ref.serial.tree import WIDTH
+
+LARGEST_F4 = 3.0e38
 
 
-@light_kernel
-def element_boxes(
+@cpu_kernel
+def vertex_boxes(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
-    positions_t1,  # (n_vertices, 3) f8  [m]
-    nodes,  # (n_elements, k) i4
+    low_t1,  # (n_vertices, 3) f8  [m], between these the vertex ends
+    high_t1,  # (n_vertices, 3) f8  [m]
+    origin,  # (3,) f8  [m]
+    scale,  # f8  [1/m], a power of two
     # Out:
-    boxes_out,  # (n_elements, 6) f8  [m], minima then maxima over both ends of the path
+    boxes_out,  # (n_vertices, 9) f4, start, then lowest and highest end; without unit
 ):
-    for i in prange(nodes.shape[0]):
+    for i in prange(positions_t0.shape[0]):
         for axis in range(3):
-            low = np.inf
-            high = -np.inf
-            for k in range(nodes.shape[1]):
-                a = positions_t0[nodes[i, k], axis]
-                b = positions_t1[nodes[i, k], axis]
-                low = min(low, min(a, b))
-                high = max(high, max(a, b))
-            boxes_out[i, axis] = low
-            boxes_out[i, axis + 3] = high
+            # each step rounds monotonically: what is in strict order after it was before
+            a = (positions_t0[i, axis] - origin[axis]) * scale
+            b = (low_t1[i, axis] - origin[axis]) * scale
+            c = (high_t1[i, axis] - origin[axis]) * scale
+            boxes_out[i, axis] = min(max(a, -LARGEST_F4), LARGEST_F4)
+            boxes_out[i, axis + 3] = min(max(b, -LARGEST_F4), LARGEST_F4)
+            boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)
 
 
-@light_kernel
-def element_moved(
-    # In:
-    vertex_moved,  # (n_vertices,) b1
-    nodes,  # (n_elements, k) i4
-    # Out:
-    moved_out,  # (n_elements,) b1
-):
-    for i in prange(nodes.shape[0]):
-        moved = False
-        for k in range(nodes.shape[1]):
-            moved = moved or vertex_moved[nodes[i, k]]
-        moved_out[i] = moved
-
-
-@light_kernel
+@cpu_kernel
 def morton_codes(
     # In:
-    boxes,  # (n, 6) f8  [m]
+    positions,  # (n_vertices, 3) f8  [m]
+    nodes,  # (n, k) i4
     origin,  # (3,) f8  [m]
     cells_per_m,  # f8  [1/m], 2^21 cells over the widest extent
     # Out:
-    codes_out,  # (n,) i8, 21 bits an axis, interleaved
+    codes_out,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
 ):
-    for i in prange(boxes.shape[0]):
+    for i in prange(nodes.shape[0]):
         code = np.int64(0)
         for axis in range(3):
-            centre = 0.5 * boxes[i, axis] + 0.5 * boxes[i, axis + 3]
+            centre = 0.0
+            for k in range(nodes.shape[1]):
+                centre += positions[nodes[i, k], axis] / nodes.shape[1]
             cell = np.int64((centre - origin[axis]) * cells_per_m)
             cell = min(max(cell, np.int64(0)), np.int64(2097151))
             # spread the 21 bits so that two zeros stand before each
@@ -70,42 +60,72 @@ def morton_codes(
 
 
 @light_kernel
-def leaf_groups(
+def moved_lanes(
     # In:
-    leaf_boxes,  # (n_leaves, 6) f8  [m]
-    leaf_moved,  # (n_leaves,) b1
+    vertex_moved,  # (n_vertices,) b1
+    nodes,  # (n_elements, k) i4
     # Out:
-    boxes_out,  # (2 P, 6) f8  [m], rows P.. are written; an empty group meets nothing
-    moved_out,  # (2 P,) b1
+    lanes_out,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
 ):
-    first = boxes_out.shape[0] // 2
-    for group in prange(first):
-        for axis in range(3):
-            boxes_out[first + group, axis] = np.inf
-            boxes_out[first + group, axis + 3] = -np.inf
-        moved_out[first + group] = False
-        for leaf in range(group * GROUP, min((group + 1) * GROUP, leaf_boxes.shape[0])):
-            moved_out[first + group] = moved_out[first + group] or leaf_moved[leaf]
+    for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
+        first = WIDTH * block
+        moved = 0
+        for i in range(first, min(first + WIDTH, nodes.shape[0])):
+            for k in range(nodes.shape[1]):
+                if vertex_moved[nodes[i, k]]:
+                    moved |= 1 << (i - first)
+        lanes_out[block] = moved
+
+
+@cpu_kernel
+def element_blocks(
+    # In:
+    vertex_boxes,  # (n_vertices, 9) f4
+    nodes,  # (n_elements, k) i4
+    lanes,  # (>= n_blocks,) u1
+    # Out:
+    blocks_out,  # (>= n_blocks, ROWS, WIDTH) f4, blocks that have lanes are written
+):
+    for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
+        if lanes[block] == 0:
+            continue
+        first = WIDTH * block
+        for i in range(first, min(first + WIDTH, nodes.shape[0])):
             for axis in range(3):
-                low = min(boxes_out[first + group, axis], leaf_boxes[leaf, axis])
-                high = max(boxes_out[first + group, axis + 3], leaf_boxes[leaf, axis + 3])
-                boxes_out[first + group, axis] = low
-                boxes_out[first + group, axis + 3] = high
+                low_t0, high_t0 = np.inf, -np.inf
+                low_t1, high_t1 = np.inf, -np.inf
+                for k in range(nodes.shape[1]):
+                    node = nodes[i, k]
+                    low_t0 = min(low_t0, vertex_boxes[node, axis])
+                    high_t0 = max(high_t0, vertex_boxes[node, axis])
+                    low_t1 = min(low_t1, vertex_boxes[node, axis + 3])
+                    high_t1 = max(high_t1, vertex_boxes[node, axis + 6])
+                blocks_out[block, axis, i - first] = low_t0
+                blocks_out[block, axis + 3, i - first] = high_t0
+                blocks_out[block, axis + 6, i - first] = low_t1
+                blocks_out[block, axis + 9, i - first] = high_t1
 
 
 @light_kernel
-def parent_nodes(
+def parent_blocks(
     # In:
-    begin,  # i8, first node of the level; the level ends at 2 * begin
+    first,  # i8, the first block of the level
+    end,  # i8, behind its last one; the level above begins there
     # Out:
-    boxes_out,  # (2 P, 6) f8  [m], rows of the level are written from those of the next
-    moved_out,  # (2 P,) b1
+    lanes_out,  # (m,) u1
+    blocks_out,  # (m, ROWS, WIDTH) f4
 ):
-    for k in prange(begin):
-        node = begin + k
-        moved_out[node] = moved_out[2 * node] or moved_out[2 * node + 1]
-        for axis in range(3):
-            boxes_out[node, axis] = min(boxes_out[2 * node, axis], boxes_out[2 * node + 1, axis])
-            boxes_out[node, axis + 3] = max(
-                boxes_out[2 * node, axis + 3], boxes_out[2 * node + 1, axis + 3]
-            )
+    for parent in prange((end - first + WIDTH - 1) // WIDTH):
+        moved = 0
+        for lane in range(min(WIDTH, end - first - WIDTH * parent)):
+            child = first + WIDTH * parent + lane
+            if lanes_out[child] == 0:
+                continue
+            moved |= 1 << lane
+            for row in range(12):
+                value = blocks_out[child, row, 0]
+                for k in range(1, WIDTH):
+                    other = blocks_out[child, row, k]
+                    value = min(value, other) if row % 6 < 3 else max(value, other)
+                blocks_out[end + parent, row, lane] = value
+        lanes_out[end + parent] = moved

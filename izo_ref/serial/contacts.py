@@ -1,19 +1,9 @@
-"""The pairs of two trees that meet on their path, or at rest.
-
-Candidates are tested as soon as they are found, while their boxes are at hand; no list of
-them is ever made.
-"""
-
-import numpy as np
+"""Which pairs of elements meet on their path, or at rest."""
 
 from izo_ref._jit import compiled
 from izo_ref.scalar.advance import APART, advance
 from izo_ref.scalar.crossing import edge_face_status
 from izo_ref.scalar.vec3 import sub3
-from izo_ref.serial.tree import next_pairs
-
-# Candidates that wait for their test at a time: 2 kB.
-BUFFER = 256
 
 
 @compiled
@@ -42,157 +32,73 @@ def pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes):
     return (first_nodes[a, 0], first_nodes[a, 1], second_nodes[b, 0], second_nodes[b, 1])
 
 
-# Tests are loops of their own over plain arrays: with the trees in them, each use of a field
-# would be counted as a reference: 0.95 s for armadillo-rollers on one thread, not 0.63.
 @compiled
-def _contacts_of_pairs(
-    found,
-    count,
+def contacts_of_pairs(
+    first,
+    last,
+    pairs,
     first_order,
     first_nodes,
     second_order,
     second_nodes,
     positions_t0,
     positions_t1,
-    start,
-    end,
-    pairs_out,
-    nodes_out,
+    reach,
+    max_steps,
+    index_out,
     toi_out,
     directions_out,
 ):
+    """Those of some pairs that are not proved apart, vertices with faces or edges with edges.
+
+    Args:
+        first, last: of the pairs; results are written from `first` on.
+        pairs: (n, 2) i4, places.
+        first_order, first_nodes, second_order, second_nodes: of the two `Tree`s.
+        positions_t0, positions_t1: (n_vertices, 3) f8 [m].
+        reach: (n_vertices,) f8 [m], each may end so far from positions_t1, along each axis.
+        max_steps: [steps] before a pair is given up, which then counts as a contact.
+        index_out: (n,) i8, the pair.
+        toi_out: (n,) f8, until when it is proved apart.
+        directions_out: (n, 3) f8, the last direction that separated the sides.
+
+    Returns:
+        Contacts; proofs, and the most for one pair.
+    """
     contacts, proofs, most = 0, 0, 0
     is_edge_edge = first_nodes.shape[1] == 2
-    for i in range(count):
+    for i in range(first, last):
         nodes = pair_nodes(
-            found[i, 0], found[i, 1], first_order, first_nodes, second_order, second_nodes
+            pairs[i, 0], pairs[i, 1], first_order, first_nodes, second_order, second_nodes
         )
         a1, a2, a3 = relative_nodes(positions_t0, nodes)
         b1, b2, b3 = relative_nodes(positions_t1, nodes)
-        status, toi, direction, steps = advance(is_edge_edge, a1, a2, a3, b1, b2, b3)
+        within = (reach[nodes[0]], reach[nodes[1]], reach[nodes[2]], reach[nodes[3]])
+        status, toi, direction, steps = advance(
+            is_edge_edge, a1, a2, a3, b1, b2, b3, within, max_steps
+        )
         proofs += steps
         most = max(most, steps)
         if status == APART:
             continue
-        at = start + contacts
+        at = first + contacts
         contacts += 1
-        if at < end:
-            pairs_out[at, 0], pairs_out[at, 1] = found[i, 0], found[i, 1]
-            toi_out[at] = toi
-            for k in range(4):
-                nodes_out[at, k] = nodes[k]
-            for axis in range(3):
-                directions_out[at, axis] = direction[axis]
+        index_out[at] = i
+        toi_out[at] = toi
+        for axis in range(3):
+            directions_out[at, axis] = direction[axis]
     return contacts, proofs, most
 
 
 @compiled
-def contacts_of_groups(
-    first_group,
-    last_group,
-    queries,
-    leaves,
-    against_itself,
-    positions_t0,
-    positions_t1,
-    start,
-    end,
-    pairs_out,
-    nodes_out,
-    toi_out,
-    directions_out,
-):
-    """Contacts of some groups of queries, vertices with faces or edges with edges.
-
-    Args:
-        queries, leaves, against_itself: as of `next_pairs`.
-        positions_t0, positions_t1: (n_vertices, 3) f8 [m].
-        start, end: where to write.
-        pairs_out: (n, 2) i4, places of the elements of each pair that is not proved apart.
-        nodes_out: (n, 4) i4, its vertices, see `pair_nodes`.
-        toi_out: (n,) f8, until when it is.
-        directions_out: (n, 3) f8, the last direction that separated the sides.
-
-    Returns:
-        Contacts, also those without room; candidates; proofs, and the most for one pair.
-    """
-    found = np.empty((BUFFER, 2), np.int32)
-    contacts, candidates, proofs, most = 0, 0, 0, 0
-    for group in range(first_group, last_group):
-        node = 0
-        while True:
-            count, node = next_pairs(group, node, queries, leaves, against_itself, found)
-            more, steps, most_steps = _contacts_of_pairs(
-                found,
-                count,
-                queries.order,
-                queries.nodes,
-                leaves.order,
-                leaves.nodes,
-                positions_t0,
-                positions_t1,
-                start + contacts,
-                end,
-                pairs_out,
-                nodes_out,
-                toi_out,
-                directions_out,
-            )
-            contacts += more
-            candidates += count
-            proofs += steps
-            most = max(most, most_steps)
-            if node == 0:
-                break
-    return contacts, candidates, proofs, most
-
-
-@compiled
-def _crossings_of_pairs(found, count, edges, faces, positions, start, end, pairs_out, statuses_out):
-    crossings = 0
-    for i in range(count):
-        a, b = found[i, 0], found[i, 1]
-        status = edge_face_status(
+def crossings_of_pairs(first, last, pairs, edges, faces, positions, statuses_out):
+    """Whether edges meet faces at rest: statuses of scalar/advance.py, one for each pair."""
+    for i in range(first, last):
+        a, b = pairs[i, 0], pairs[i, 1]
+        statuses_out[i] = edge_face_status(
             row3(positions, edges[a, 0]),
             row3(positions, edges[a, 1]),
             row3(positions, faces[b, 0]),
             row3(positions, faces[b, 1]),
             row3(positions, faces[b, 2]),
         )
-        if status == APART:
-            continue
-        at = start + crossings
-        crossings += 1
-        if at < end:
-            pairs_out[at, 0], pairs_out[at, 1], statuses_out[at] = a, b, status
-    return crossings
-
-
-@compiled
-def crossings_of_groups(
-    first_group, last_group, queries, leaves, positions, start, end, pairs_out, statuses_out
-):
-    """Edges and faces that may meet at rest, of some groups of edges.
-
-    Args:
-        statuses_out: (n,) i1, of scalar/advance.py: CONTACT or UNDECIDED.
-        Others: as of `contacts_of_groups`.
-
-    Returns:
-        Pairs not proved apart, also those without room, and candidates.
-    """
-    found = np.empty((BUFFER, 2), np.int32)
-    edges, faces = queries.nodes, leaves.nodes
-    crossings, candidates = 0, 0
-    for group in range(first_group, last_group):
-        node = 0
-        while True:
-            count, node = next_pairs(group, node, queries, leaves, False, found)
-            candidates += count
-            at = start + crossings
-            crossings += _crossings_of_pairs(
-                found, count, edges, faces, positions, at, end, pairs_out, statuses_out
-            )
-            if node == 0:
-                break
-    return crossings, candidates

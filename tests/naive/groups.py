@@ -39,13 +39,23 @@ def first_of_any(toi, nodes, pinned):
     return sorted(chosen)
 
 
-def box_pairs(boxes_a, nodes_a, boxes_b, nodes_b, same):
-    """Pairs of elements without common vertex whose closed boxes meet."""
+def moving_box_pairs(nodes_a, nodes_b, start, end, same):
+    """Pairs of elements without common vertex, whose moving boxes meet.
+
+    Boxes are apart if along some axis all of the one is below all of the other, at both ends.
+    """
     result = set()
-    for i in range(len(boxes_a)):
-        for j in range(i + 1 if same else 0, len(boxes_b)):
-            a, b = boxes_a[i], boxes_b[j]
-            meet = all(a[x] <= b[x + 3] and b[x] <= a[x + 3] for x in range(3))
-            if meet and not set(nodes_a[i].tolist()) & set(nodes_b[j].tolist()):
+    for i in range(len(nodes_a)):
+        for j in range(i + 1 if same else 0, len(nodes_b)):
+            a, b = nodes_a[i].tolist(), nodes_b[j].tolist()
+            if not set(a) & set(b) and not _apart(a, b, start, end):
                 result.add((i, j))
     return result
+
+
+def _apart(a, b, start, end):
+    for axis in range(3):
+        for low, high in ((a, b), (b, a)):
+            if all(max(x[low, axis]) < min(x[high, axis]) for x in (start, end)):
+                return True
+    return False

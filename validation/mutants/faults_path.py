@@ -13,17 +13,17 @@ BUDGET = "tests/test_resolve.py::test_a_spent_budget_ends_free_by_fallback"
 PATHS = [
     Fault(
         "pending-impacts-forgotten",
-        "izo_ref/loop.py",
-        "        self._pending = join_impacts((self._pending.take(still), found))\n",
-        "        self._pending = found\n",
+        "izo_ref/detect.py",
+        "        self.impacts = join_impacts((self.impacts.take(still), found)).take(order)\n",
+        "        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)\n",
         "incremental detection forgets the impacts of vertices that did not move since",
         (RESOLVE,),
     ),
     Fault(
         "moved-along-all-axes",
-        "izo_ref/loop.py",
-        "            moved = (self.positions != self._seen).any(axis=1)\n",
-        "            moved = (self.positions != self._seen).all(axis=1)\n",
+        "izo_ref/detect.py",
+        "            moved = _differ(positions_t1, self._seen)\n",
+        "            moved = (positions_t1 != self._seen).all(axis=1)\n",
         "incremental detection does not look again at what moved along an axis only",
         ("tests/test_resolve.py::test_one_vertex_by_hand", RESOLVE),
     ),

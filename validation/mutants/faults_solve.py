@@ -50,8 +50,8 @@ SOLVERS = [
     Fault(
         "status-in-a-shared-place",
         "izo_ref/cpu/contacts.py",
-        "            positions_t1,\n            starts[k],\n",
-        "            positions_t1,\n            starts[k // 2 * 2],\n",
+        "            at = starts[k] + count\n",
+        "            at = starts[k // 2 * 2] + count\n",
         "two chunks write what they find to the same place: the later thread wins",
         ("tests/test_detect.py", "tests/test_broad.py"),
         ELSEWHERE,
