@@ -1,41 +1,42 @@
-"""izo_ref: reference and verification toolkit for impact zone optimization."""
+"""izo_ref: reference and verification toolkit for impact zone optimization.
 
-from izo_ref.certify import PathCertificate, certify_path
-from izo_ref.detect import find_impacts
-from izo_ref.distance import distance_bound
-from izo_ref.errors import IzoError
-from izo_ref.options import Options
-from izo_ref.plan import Plan, plan
-from izo_ref.problem import Residuals, ZoneProblem, ZoneSolution, residuals
-from izo_ref.resolve import Result, resolve
-from izo_ref.scene import Scene
-from izo_ref.solve import solve_zone
-from izo_ref.types import Impacts, Pairs, Status
+The public names. Each is imported when it is first used, so that `import izo_ref` takes
+milliseconds, and what needs the compiler its second only then.
+"""
+
+from importlib import import_module
+
 from izo_ref.version import __version__
-from izo_ref.zones import Zones, build_zones, zone_problem
 
-__all__ = [
-    "Impacts",
-    "IzoError",
-    "Options",
-    "Pairs",
-    "PathCertificate",
-    "Plan",
-    "Residuals",
-    "Result",
-    "Scene",
-    "Status",
-    "ZoneProblem",
-    "ZoneSolution",
-    "Zones",
-    "__version__",
-    "build_zones",
-    "certify_path",
-    "distance_bound",
-    "find_impacts",
-    "plan",
-    "residuals",
-    "resolve",
-    "solve_zone",
-    "zone_problem",
-]
+_NAMES = {
+    "certify": ("PathCertificate", "certify_path"),
+    "detect": ("find_impacts",),
+    "distance": ("distance_bound",),
+    "errors": ("IzoError",),
+    "options": ("Options",),
+    "planning": ("Plan", "plan"),
+    "problem": ("Residuals", "ZoneProblem", "ZoneSolution", "residuals"),
+    "resolving": ("Result", "resolve"),
+    "scene": ("Scene",),
+    "solve": ("solve_zone",),
+    "types": ("Impacts", "Pairs", "Status"),
+    "zones": ("Zones", "build_zones", "zone_problem"),
+}
+# No module has the name of a function: importing it would put the module in its place.
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
+
+__all__ = ["__version__", "errors", *_MODULE_OF]
+
+
+def __getattr__(name):
+    if name == "errors":
+        return import_module("izo_ref.errors")
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'izo_ref' has no attribute {name!r}")
+    value = getattr(import_module(f"izo_ref.{_MODULE_OF[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted({*globals(), *__all__})

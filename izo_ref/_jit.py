@@ -55,6 +55,11 @@ def _cached_in(folder: Path):
 CACHE_FOLDER = _cache_folder()
 
 
+def anything_compiled() -> bool:
+    """Whether there is compiled code of these sources; numba makes the folder beforehand."""
+    return next(CACHE_FOLDER.rglob("*.nbi"), None) is not None
+
+
 def _njit(function, **options):
     with _cached_in(CACHE_FOLDER):
         return njit(

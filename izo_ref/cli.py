@@ -2,16 +2,18 @@
 
 import argparse
 import sys
+import time
 from contextlib import contextmanager
 
-from izo_ref._jit import CACHE_FOLDER
+from izo_ref._jit import CACHE_FOLDER, anything_compiled
+from izo_ref.cache import TASKS, clear, compiling_beside, fill, folders
 from izo_ref.certify import certify_path
 from izo_ref.detect import find_impacts
 from izo_ref.errors import IzoError
 from izo_ref.io import check_writable, load_result, load_scene, save_json, save_result
 from izo_ref.options import CHOICES, Options
-from izo_ref.plan import plan
-from izo_ref.resolve import resolve
+from izo_ref.planning import plan
+from izo_ref.resolving import resolve
 from izo_ref.summary import certificate_summary, impacts_summary, result_summary
 from izo_ref.types import Status
 from izo_ref.version import __version__
@@ -34,8 +36,10 @@ def _resolve(args):
     if args.json:
         check_writable(args.json)
     with _progress() as tick:
+        with compiling_beside():
+            scene = load_scene(args.step, args.initial_intersections)
         result = resolve(
-            load_scene(args.step, args.initial_intersections),
+            scene,
             args.thickness,
             args.device,
             Options(selection=args.selection, relinearize=args.relinearize),
@@ -94,6 +98,28 @@ def _plan(args):
     return FREE
 
 
+def _show_cache(args):
+    for folder in folders():
+        kind = "in use" if folder.current else "of other sources or versions"
+        _say(f"{folder.path}: {folder.files} files, {folder.bytes / 1e6:.1f} MB, {kind}")
+    if not anything_compiled():
+        _say(f"{CACHE_FOLDER}: nothing compiled yet; izo cache fill")
+    return FREE
+
+
+def _clear_cache(args):
+    for folder in clear(args.old):
+        _say(f"{folder.path}: deleted, {folder.bytes / 1e6:.1f} MB")
+    return FREE
+
+
+def _fill_cache(args):
+    begin = time.perf_counter()
+    fill(args.tasks or TASKS, _say)
+    _say(f"{CACHE_FOLDER}: filled in {time.perf_counter() - begin:.1f} s")
+    return FREE
+
+
 def _demo(args):
     from izo_ref.demo import write_demo
 
@@ -123,7 +149,7 @@ def _progress():
         return
     from tqdm import tqdm
 
-    first = "resolving" if CACHE_FOLDER.exists() else "compiling, the first time only"
+    first = "resolving" if anything_compiled() else "compiling, the first time only"
     with tqdm(unit=" iterations", leave=False, desc=first) as bar:
 
         def tick(text):
@@ -168,6 +194,18 @@ def _parser():
     command("plan", _plan, "say what resolving a step needs, what is left out, and why")
     sub = command("certify", _certify, "prove each pair of a path apart, or that it meets")
     sub.add_argument("--positions", metavar="OUT.npz", help="end positions; the step's own if none")
+    sub = command("cache", None, "show, clear or fill the folder of compiled code", step=False)
+    actions = sub.add_subparsers(required=True, metavar="ACTION")
+    action = actions.add_parser("show", help="where it is, and how much")
+    action.set_defaults(run=_show_cache)
+    action = actions.add_parser("clear", help="delete it")
+    action.add_argument("--old", action="store_true", help="only that of other sources or versions")
+    action.set_defaults(run=_clear_cache)
+    action = actions.add_parser("fill", help="compile what resolving takes, side by side")
+    action.add_argument(
+        "tasks", nargs="*", metavar="TASK", help=f"of {', '.join(TASKS)}; all if none"
+    )
+    action.set_defaults(run=_fill_cache)
     sub = command("demo", _demo, "resolve a scene of our own and write a page", step=False)
     sub.add_argument("-o", "--output", default="reports/demo", metavar="FOLDER")
     return parser

@@ -9,7 +9,7 @@ import numpy as np
 from izo_ref.intersections import intersecting_pairs
 from izo_ref.io import replacing
 from izo_ref.picture import draw
-from izo_ref.resolve import Result, resolve
+from izo_ref.resolving import Result, resolve
 from izo_ref.scene import Scene
 
 COLORS = np.array([[150, 155, 160], [70, 125, 200], [235, 160, 60]])  # sphere, sheet, second

@@ -6,7 +6,7 @@ import math
 import numpy as np
 
 from izo_ref.certify import PathCertificate
-from izo_ref.resolve import Result
+from izo_ref.resolving import Result
 from izo_ref.types import Impacts, Pairs
 
 NAMED = 20  # pairs written out, the count is always given

@@ -38,7 +38,7 @@ FLOORS = [
         "io",
         "picture",
     },
-    {"loop", "fallback", "resolve", "plan", "summary", "demo"},
+    {"loop", "fallback", "resolving", "planning", "summary", "demo", "cache"},
     {"cli", "__init__"},
 ]
 SOURCES = sorted(PACKAGE.rglob("*.py"))

@@ -128,6 +128,23 @@ def _report(args):
     return PASSED
 
 
+def _speed(args):
+    from validation.report.speed import speed_report
+    from validation.rows import begin_run
+    from validation.study import speed, steps
+
+    if not steps.available():
+        print("validation: no step files (IZO_DATA)", file=sys.stderr)
+        return BAD_INPUT
+    folder = args.output / "speed"
+    if not args.pages_only:
+        begin_run(folder / "rows", "python -m validation study speed", False)
+        speed.run(folder / "rows", args.only, lambda line: print(line, flush=True))
+    speed_report(folder, "python -m validation study speed")
+    print(folder / "README.md")
+    return PASSED
+
+
 def _say(fact):
     mark = {True: "passed", False: "FAILED", None: "      "}[fact.passed]
     print(f"{mark}  {fact.question} | {fact.by} | {fact.answer} | {fact.seconds:.2f} s", flush=True)
@@ -179,6 +196,16 @@ def _parser():
     sub.set_defaults(run=_mutants)
     sub.add_argument("faults", nargs="*", metavar="FAULT", help="names; all if none")
     sub.add_argument("--rows", type=Path, metavar="F", help="JSON of the rows so far")
+    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+
+    text = "how fast: measures what is missing, writes a page"
+    sub = commands.add_parser("study", help=text, description=text)
+    studies = sub.add_subparsers(required=True, metavar="STUDY")
+    text = "detection, whole steps, what each rule of the plan saves, cold start, size: speed/"
+    sub = studies.add_parser("speed", help=text, description=text)
+    sub.set_defaults(run=_speed)
+    sub.add_argument("--only", choices=("detection", "resolve", "ablation", "cold", "scale"))
+    sub.add_argument("--pages-only", action="store_true", help="measure nothing")
     sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
 
     text = "error against run time: measures what is missing, writes index.html and its pages"

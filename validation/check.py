@@ -14,7 +14,7 @@ from izo_ref.certify import certify_path
 from izo_ref.errors import FileFormatError
 from izo_ref.io import SavedResult, load_result, load_scene
 from izo_ref.options import Options
-from izo_ref.resolve import resolve
+from izo_ref.resolving import resolve
 from izo_ref.summary import pairs_summary
 from izo_ref.types import Pairs
 from validation import judge

@@ -3,13 +3,13 @@
 import numpy as np
 from numba import prange
 
-from izo_ref._jit import cpu_kernel, light_kernel
+from izo_ref._jit import light_kernel
 from izo_ref.serial.tree import WIDTH
 
 LARGEST_F4 = 3.0e38
 
 
-@cpu_kernel
+@light_kernel
 def vertex_boxes(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
@@ -31,7 +31,7 @@ def vertex_boxes(
             boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)
 
 
-@cpu_kernel
+@light_kernel
 def morton_codes(
     # In:
     positions,  # (n_vertices, 3) f8  [m]
@@ -77,7 +77,7 @@ def moved_lanes(
         lanes_out[block] = moved
 
 
-@cpu_kernel
+@light_kernel
 def element_blocks(
     # In:
     vertex_boxes,  # (n_vertices, 9) f4

@@ -184,13 +184,13 @@ def _start(first, nodes, coefficients, normals, rhs, u, active, is_active, facto
             distance = _project(j, first, nodes, coefficients, normals, basis, q, r, rest)
             if distance > GUESSED_DEPENDENT:
                 q = _append(j, distance, q, active, is_active, factor, basis, rest, r)
-    worst = 0
+    worst = np.int64(0)  # typed, as below: else what it goes to would be compiled twice
     while q > 0 and worst >= 0:
         for k in range(q):
             r[k] = rhs[active[k]]
         _solve_lower(factor, q, r)
         _solve_upper(factor, q, r)
-        worst = -1
+        worst = np.int64(-1)
         for k in range(q):
             if r[k] <= 0.0 and (worst < 0 or r[k] < r[worst]):
                 worst = k

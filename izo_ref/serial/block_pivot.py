@@ -15,6 +15,8 @@ strictly monotone linear complementarity problems (1994); the guess: SPEC sectio
 row by row.
 """
 
+import numpy as np
+
 from izo_ref._jit import compiled
 from izo_ref.serial.dense import cholesky_solve, partial_cholesky
 from izo_ref.serial.rows import (
@@ -170,7 +172,7 @@ def block_pivot(
         is_free[j] = u[j] > 0.0
     fewest, patience, factorizations = n + 1, PATIENCE, 0
     while True:
-        q = 0
+        q = np.int64(0)  # typed: for a constant all below would be compiled once more
         for j in range(n):
             if is_free[j]:
                 free[q] = j
@@ -206,7 +208,7 @@ def block_pivot(
     cholesky_solve(factor, q, step)
     for a in range(q):
         u[free[a]] = max(u[free[a]] + step[a], 0.0)
-        add_row(step[a], free[a], first, nodes, coefficients, normals, z)
+        add_row(step[a], np.int64(free[a]), first, nodes, coefficients, normals, z)
     violations(first, nodes, coefficients, normals, s, z, w)
     holds = _holds(ROUNDING, first, nodes, coefficients, s, z, w, is_free)
     return (SOLVED if holds else NOT_CONVERGED), factorizations

@@ -73,7 +73,8 @@ def solve_small_zone(
         multipliers_out[begin] = max(rhs[begin], 0.0)
         z = z_out[first:last].reshape(3 * (last - first))
         row = slice(begin, end)
-        add_row(multipliers_out[begin], 0, first, unknowns[row], coefficients[row], normals[row], z)
+        part = unknowns[row], coefficients[row], normals[row]
+        add_row(multipliers_out[begin], np.int64(0), first, *part, z)
         return method, True, steps
     if method == BLOCK_PIVOT:
         status, steps = block_pivot(

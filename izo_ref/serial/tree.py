@@ -177,7 +177,7 @@ def pairs_of_block(own, queries, leaves, against_itself, start, end, pairs_out):
     looked_at = query_lanes[own]
     first = own if against_itself else -1
     count = 0
-    level, block = top, 0
+    level, block = top, np.int64(0)  # typed: else the next would be compiled twice
     mask = lanes_to_enter(box, looked_at != 0, first, level, block, blocks, lanes, levels)
     while True:
         if level == 1:

@@ -205,7 +205,7 @@ def test_sizes_are_measured_in_a_process_and_resumed(tmp_path, monkeypatch):
 )
 def test_a_process_that_dies_or_hangs_leaves_failures(family, limit, message, monkeypatch, capfd):
     monkeypatch.setattr(scaling, "COMPILE_LIMIT_S", limit)
-    rows = list(scaling._measured(family, (1, 2), limit))
+    rows = list(scaling.measured(family, (1, 2), limit))
     assert [row["size"] for row in rows] == [1, 2]
     assert {row["outcome"] for row in rows} == {"failed"} <= set(OUTCOMES)
     assert {row["message"] for row in rows} == {message}

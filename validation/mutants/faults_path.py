@@ -39,7 +39,7 @@ PATHS = [
     ),
     Fault(
         "relinearisation-accepts-an-increase",
-        "izo_ref/resolve.py",
+        "izo_ref/resolving.py",
         "        if not loop.run(number, limit=best):\n",
         "        if not loop.run(number):\n",
         "a round of new normals is kept although it ends farther from the proposal",
@@ -47,7 +47,7 @@ PATHS = [
     ),
     Fault(
         "scaled-back-called-optimal",
-        "izo_ref/resolve.py",
+        "izo_ref/resolving.py",
         "    valid = certificate.free and not scaled_back\n",
         "    valid = certificate.free\n",
         "a result that was scaled back may be called converged",
@@ -55,7 +55,7 @@ PATHS = [
     ),
     Fault(
         "status-without-certificate",
-        "izo_ref/resolve.py",
+        "izo_ref/resolving.py",
         "    if not certificate.free:\n",
         "    if not (certificate.free or not scaled_back):\n",
         "a path that is not free is not called blocked",

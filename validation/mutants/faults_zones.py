@@ -89,7 +89,7 @@ ZONE = [
     ),
     Fault(
         "renumbered-the-wrong-way",
-        "izo_ref/resolve.py",
+        "izo_ref/resolving.py",
         "    positions[order] = loop.positions\n",
         "    positions[:] = loop.positions[order]\n",
         "positions are put back with the inverse of the numbering",

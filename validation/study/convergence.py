@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 from izo_ref.demo import demo_scene
-from izo_ref.resolve import resolve
+from izo_ref.resolving import resolve
 from izo_ref.solve import solve_zone
 from validation.study import steps
 from validation.study.families import STEP_THICKNESS_M, synthetic

@@ -12,7 +12,7 @@ import numpy as np
 from izo_ref.cpu.advance import closest_frames
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem
-from izo_ref.resolve import resolve
+from izo_ref.resolving import resolve
 from izo_ref.solve import solve_zone
 from izo_ref.zones import zone_problem
 from validation.oracles.answer import mass_norm

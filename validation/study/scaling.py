@@ -12,13 +12,7 @@ from validation.study import steps
 
 KEYS = ("family", "size")
 ROOT = Path(__file__).parent.parent.parent
-# One thread, of BLAS too: a second one changes times by what else the machine does.
-THREADS = {
-    "NUMBA_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-}
+THREADS = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 FULL = {
     "sheets": (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000),
     "chain": (1, 4, 16, 64, 256, 1024, 4096, 20_000),
@@ -49,7 +43,7 @@ def run(rows_folder, quick, say):
     for family, sizes in plan(quick).items():
         missing = [size for size in sizes if not rows.has(family=family, size=size)]
         if missing:
-            for row in _measured(family, missing, limit):
+            for row in measured(family, missing, limit):
                 rows.add(family=family, threads=1, **row)
                 say(f"scaling: {family} {row['size']}: {row['outcome']}, {row.get('total_s')} s")
 
@@ -62,11 +56,19 @@ def plan(quick) -> dict:
     return FULL | (recorded if steps.available() else {})
 
 
-def _measured(family, sizes, limit_s):
-    """A row for each size, whatever the process does: one that dies leaves failures."""
+def measured(family, sizes, limit_s, threads=1):
+    """A row for each size, whatever the process does: one that dies leaves failures.
+
+    One thread, of BLAS too, unless more are asked for: a second one changes times by what else
+    the machine does.
+    """
     command = [sys.executable, "-m", "validation.study.growth", family, *map(str, sizes)]
     process = subprocess.Popen(
-        command, cwd=ROOT, env=os.environ | THREADS, stdout=subprocess.PIPE, text=True
+        command,
+        cwd=ROOT,
+        env=os.environ | dict.fromkeys(THREADS, str(threads)),
+        stdout=subprocess.PIPE,
+        text=True,
     )
     late, left = [], list(sizes)
     with process:

@@ -7,7 +7,7 @@ import numpy as np
 
 from izo_ref.distance import distance_bound
 from izo_ref.problem import ZoneProblem, residuals
-from izo_ref.resolve import resolve
+from izo_ref.resolving import resolve
 from izo_ref.solve import solve_zone
 from izo_ref.zones import zone_problem
 from validation.oracles import nnls, qp, slsqp

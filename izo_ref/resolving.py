@@ -14,7 +14,7 @@ from izo_ref.fallback import ScaledBack, scale_back
 from izo_ref.loop import Iteration, Loop, objective
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
 from izo_ref.options import Options
-from izo_ref.plan import Plan, plan
+from izo_ref.planning import Plan, plan
 from izo_ref.problem import Residuals, residuals
 from izo_ref.scene import Scene
 from izo_ref.types import Impacts, Status

@@ -1,0 +1,237 @@
+"""How fast, and what each rule of the plan saves: ratios, both sides in one run."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+import tracemalloc
+from functools import partial
+
+import numpy as np
+
+from izo_ref import Options, find_impacts, resolve
+from izo_ref.options import RULES
+from validation.rows import Rows
+from validation.study import scaling, steps
+from validation.study.timing import thread_counts, threads
+
+THICKNESS_M = 1e-4
+REPEATS = 5  # of which the median is taken, after one that does not count
+ENOUGH_S = 120.0  # of one cell: a step that takes longer is repeated less, which its row says
+DETECTION_STEPS = ("armadillo-rollers", "cloth-ball-clean", "sheets-50k")
+SMALL_STEP = "ipctd-thick-cloth"
+SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
+STAGES = ("plan", "main", "relinearize", "scale_back", "certify", "judge")
+
+
+def run(folder, only, say):
+    """Add the rows that are missing.
+
+    Args:
+        folder: of the CSV files, one a part.
+        only: one of PARTS, or None for all.
+        say: called with a line of progress.
+    """
+    for name, part in PARTS.items():
+        if only in (None, name):
+            part(folder, say)
+
+
+def _detection(folder, say):
+    """All impacts of a step, and what ipctk takes for its candidates, and for its step size."""
+    rows = Rows(folder, "detection", ("step", "what", "threads"))
+    for step in DETECTION_STEPS:
+        if rows.has(step=step, what="izo_ref: find_impacts", threads=1):
+            continue
+        scene = steps.load_step(step)
+        calls = _detection_calls(scene)
+        seconds = _in_turn({key: call for key, (call, _) in calls.items()}, REPEATS)
+        for (what, count), (_, found) in calls.items():
+            own = seconds[what, count]
+            rows.add(step=step, what=what, threads=count, **_spread(own), found=found())
+            say(f"detection: {step}, {what}, {count} threads: {np.median(own):.3f} s")
+
+
+def _detection_calls(scene):
+    """{(what, threads): (call, how many it found)}"""
+    import ipctk
+
+    start, end = scene.positions_t0, scene.positions_t1
+    mesh = ipctk.CollisionMesh(start, scene.edges, scene.faces)
+    candidates = ipctk.Candidates()
+    most = max(thread_counts())
+
+    def impacts(count):
+        def call():
+            with threads(count):
+                return find_impacts(scene)
+
+        return call, lambda: len(call().toi)
+
+    def build():
+        ipctk.set_num_threads(most)
+        candidates.build(mesh, start, end, broad_phase=ipctk.LBVH())
+
+    def step_size():
+        build()
+        ccd = ipctk.TightInclusionCCD()
+        candidates.compute_collision_free_stepsize(mesh, start, end, narrow_phase_ccd=ccd)
+
+    calls = {("ipctk: LBVH", most): (build, lambda: len(candidates))}
+    calls["ipctk: LBVH and Tight Inclusion", most] = step_size, lambda: None
+    for count in reversed(thread_counts()):
+        calls["izo_ref: find_impacts", count] = impacts(count)
+    return calls
+
+
+def _whole(folder, say):
+    """Whole steps, by stage; beside ARCSim's CPU time, which was recorded before."""
+    rows = Rows(folder, "resolve", ("step", "threads"))
+    peers = steps.peers()
+    for step in sorted(peers, key=lambda name: peers[name]["arcsim_0_2_1"]["cpu_seconds"]):
+        point = peers[step]["arcsim_0_2_1"]
+        for count in thread_counts():
+            if rows.has(step=step, threads=count):
+                continue
+            scene = steps.load_step(step)
+            with threads(count):
+                runs = _resolves(scene, Options())
+            result = runs[-1][2]
+            stages = {f"{name}_s": result.timings[name] for name in STAGES}
+            detect = sum(line.detect_s for line in result.history)
+            cpu = float(np.median([run[0] for run in runs]))
+            rows.add(
+                step=step,
+                threads=count,
+                triangles=len(scene.faces),
+                status=result.status.name,
+                **_spread([run[1] for run in runs]),
+                cpu_s=cpu,
+                **stages,
+                detect_s=detect,
+                solve_s=sum(line.solve_s for line in result.history),
+                iterations=len(result.history),
+                objective=result.objective,
+                arcsim_cpu_s=point["cpu_seconds"],
+                arcsim_objective=point["objective_g"],
+                obstacle_moved=bool(point.get("obstacle_moved_m", 0.0)),
+            )
+            say(f"resolve: {step}, {count} threads: {cpu:.2f} CPU s, {len(runs)} runs")
+
+
+def _resolves(scene, options):
+    """(CPU seconds, seconds, result) of each run but a first one, which compiles."""
+    runs, spent = [], 0.0
+    while len(runs) <= REPEATS and (len(runs) < 2 or spent < ENOUGH_S):
+        begin_cpu, begin = time.process_time(), time.perf_counter()
+        result = resolve(scene, THICKNESS_M, options=options)
+        cpu, wall = time.process_time() - begin_cpu, time.perf_counter() - begin
+        runs.append((cpu, wall, result))
+        spent += wall
+    return runs[1:]
+
+
+def _ablation(folder, say):
+    """Each rule switched off on its own, all in turn with none switched off."""
+    rows = Rows(folder, "ablation", ("step", "left_out"))
+    peers = steps.peers()
+    for step in sorted(peers, key=lambda name: peers[name]["arcsim_0_2_1"]["cpu_seconds"]):
+        if rows.has(step=step, left_out="closed-form"):
+            continue
+        scene = steps.load_step(step)
+        plans = {"": "needed", "everything": "everything"}
+        plans |= {rule: tuple(r for r in RULES if r != rule) for rule in RULES}
+        begin = time.perf_counter()
+        resolve(scene, THICKNESS_M)
+        once = time.perf_counter() - begin
+        repeats = max(1, min(REPEATS, int(ENOUGH_S / (len(plans) * max(once, 1e-3)))))
+        calls = {
+            name: partial(resolve, scene, THICKNESS_M, options=Options(plan=plan))
+            for name, plan in plans.items()
+        }
+        seconds = _in_turn(calls, repeats)
+        with_all = np.median(seconds[""])
+        for name, call in calls.items():
+            tracemalloc.start()
+            result = call()
+            peak = tracemalloc.get_traced_memory()[1] / 2**20
+            tracemalloc.stop()
+            looked_at = sum(line.candidates for line in result.history)
+            rows.add(
+                step=step,
+                left_out=name or "nothing",
+                **_spread(seconds[name]),
+                ratio=float(np.median(seconds[name]) / with_all),
+                arrays_mib=peak,
+                pairs=looked_at,
+            )
+        say(f"ablation: {step}, {repeats} runs each")
+
+
+def _cold(folder, say):
+    """New processes: with nothing compiled, and after that."""
+    rows = Rows(folder, "cold", ("what",))
+    step = steps.FOLDER / f"{SMALL_STEP}.npz"
+    run = [sys.executable, "-m", "izo_ref.cli", "resolve", str(step), "-o"]
+    with tempfile.TemporaryDirectory() as cache:
+        # an installed package has its bytecode on the disk, whatever is set here
+        env = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONDONTWRITEBYTECODE": ""}
+        out = os.path.join(cache, "out.npz")
+        calls = {
+            "python": ([sys.executable, "-c", "pass"], REPEATS),
+            "import izo_ref": ([sys.executable, "-c", "import izo_ref"], REPEATS),
+            f"first izo resolve, {SMALL_STEP}": ([*run, out], 1),
+            f"izo resolve in a new process, {SMALL_STEP}": ([*run, out], REPEATS),
+        }
+        if all(rows.has(what=what) for what in calls):
+            return
+        for what, (command, repeats) in calls.items():
+            seconds = []
+            for k in range(repeats + (repeats > 1)):
+                begin = time.perf_counter()
+                subprocess.run(command, env=env, check=True, capture_output=True)
+                if k or repeats == 1:
+                    seconds.append(time.perf_counter() - begin)
+            rows.add(what=what, **_spread(seconds))
+            say(f"cold: {what}: {np.median(seconds):.2f} s")
+
+
+def _scale(folder, say):
+    """Sheets of up to a million triangles, on one thread and on two."""
+    rows = Rows(folder, "scale", ("size", "threads"))
+    for count in thread_counts():
+        missing = [size for size in SIZES if not rows.has(size=size, threads=count)]
+        for row in scaling.measured("sheets", missing, scaling.FULL_LIMIT_S, count):
+            rows.add(threads=count, **row)
+            say(f"scale: {row['size']}, {count} threads: {row.get('total_s')} s")
+
+
+def _in_turn(calls, repeats):
+    """{key: seconds of each call}, one after the other, `repeats` times after a first."""
+    seconds = {key: [] for key in calls}
+    for k in range(repeats + 1):
+        for key, call in calls.items():
+            begin = time.perf_counter()
+            call()
+            if k:
+                seconds[key].append(time.perf_counter() - begin)
+    return seconds
+
+
+def _spread(seconds):
+    return {
+        "median_s": float(np.median(seconds)),
+        "least_s": float(min(seconds)),
+        "most_s": float(max(seconds)),
+        "repeats": len(seconds),
+    }
+
+
+PARTS = {
+    "detection": _detection,
+    "resolve": _whole,
+    "ablation": _ablation,
+    "cold": _cold,
+    "scale": _scale,
+}
