@@ -16,9 +16,13 @@ from izo_ref.types import Impacts, Pairs
 
 def geometric_order(scene):
     """(n,) i8, vertex of each place: by Morton code, then by coordinates."""
+    vertices = np.arange(len(scene.pinned), dtype=np.int32)[:, None]
+    codes = morton_codes_of(scene.positions_t0, vertices)
+    order = np.argsort(codes, kind="stable")
+    if (np.diff(codes[order]) > 0).all():
+        return order
     both = np.hstack((scene.positions_t0, scene.positions_t1))
-    vertices = np.arange(len(both), dtype=np.int32)[:, None]
-    return np.lexsort((*both.T[::-1], morton_codes_of(scene.positions_t0, vertices)))
+    return np.lexsort((*both.T[::-1], codes))
 
 
 def renumbered(scene, order):

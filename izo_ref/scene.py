@@ -76,10 +76,10 @@ class Scene:
 
 def edges_of(faces):
     """(k, 2) i4, each edge of the faces once, lower index first, sorted."""
-    ends = np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]))
-    if len(ends) == 0:
-        return np.empty((0, 2), np.int32)
-    return np.unique(np.sort(ends, axis=1), axis=0)
+    a, b = faces.T.ravel(), faces[:, [1, 2, 0]].T.ravel()
+    # both in one number: rows take thirty times as long to sort
+    keys = np.unique(np.minimum(a, b).astype(np.int64) << 32 | np.maximum(a, b))
+    return np.column_stack((keys >> 32, keys & 0xFFFFFFFF)).astype(np.int32)
 
 
 def _distinct_corners(faces):

@@ -56,10 +56,11 @@ def build_zones(scene, impacts: Impacts) -> Zones:
 
     zone_of = np.repeat(np.arange(len(counts)), counts)
     nodes = impacts.nodes[order]
-    rows = np.column_stack((np.repeat(zone_of, 4), nodes.ravel()))
-    rows = np.unique(rows[~scene.pinned[nodes.ravel()]], axis=0)
-    vertex_offsets = np.searchsorted(rows[:, 0], np.arange(len(counts) + 1))
-    return Zones(order, offsets, rows[:, 1].astype(np.int64), vertex_offsets)
+    # zone and vertex in one number: rows take long to sort
+    keys = np.repeat(zone_of, 4) << 32 | nodes.ravel()
+    keys = np.unique(keys[~scene.pinned[nodes.ravel()]])
+    vertex_offsets = np.searchsorted(keys >> 32, np.arange(len(counts) + 1))
+    return Zones(order, offsets, keys & 0xFFFFFFFF, vertex_offsets)
 
 
 def zone_problem(scene, impacts: Impacts, zones: Zones, zone: int, thickness: float) -> ZoneProblem:
