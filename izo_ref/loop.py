@@ -51,6 +51,7 @@ class Loop:
         positions: (n, 3) f8 [m], x.
         impacts: `Impacts`, all that entered the zones.
         multipliers: (n_impacts,) f8 [kg].
+        starts: (n_impacts,) f8 [kg], multipliers from which each zone was solved.
         active: (n_impacts,) b1, impacts that hold x.
         stuck: (n,) b1, vertices of zones that no positions satisfy.
         blocked: impacts between pinned points, found on the path.
@@ -68,14 +69,17 @@ class Loop:
             scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.rules
         )
         self.longest = (scene.positions_t1, -1.0)
-        self.restart(no_impacts())
+        self.restart(no_impacts(), np.empty(0))
 
-    def restart(self, impacts: Impacts):
-        """Back to the candidate positions, with these impacts and nothing solved."""
+    def restart(self, impacts: Impacts, multipliers):
+        """Back to the candidate positions, with these impacts and nothing solved.
+
+        `multipliers`, (n_impacts,) f8 [kg], are those to start from.
+        """
         self.positions = self.scene.positions_t1.copy()
         self.impacts = impacts
-        self.multipliers = np.zeros(len(impacts.toi))
-        self.active = np.zeros(len(impacts.toi), bool)
+        self.multipliers, self.starts = multipliers, np.zeros(len(multipliers))
+        self.active = multipliers > 0.0
         self.stuck = np.zeros(len(self.scene.pinned), bool)
         self.blocked = no_impacts()
 
@@ -157,36 +161,43 @@ class Loop:
     def _solve(self, first_new: int):
         """Solve the zones with an impact from `first_new` on; others keep their solution."""
         zones = build_zones(self.scene, self.impacts)
-        if "changed-zones" not in self.options.rules:
-            first_new = 0
-        dirty = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1]) >= first_new
+        changed = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1]) >= first_new
+        # a zone that did not change starts, if it is solved again, where it did
+        self.multipliers = _extended(self.multipliers, len(self.impacts.toi))
+        self.starts = _extended(self.starts, len(self.impacts.toi))
+        self.active = _extended(self.active, len(self.impacts.toi))
+        rows, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))
+        self.starts[rows] = np.where(self.active[rows], self.multipliers[rows], 0.0)
         stuck = np.logical_or.reduceat(self.stuck[zones.vertices], zones.vertex_offsets[:-1])
         for zone in np.flatnonzero(stuck):
             self.stuck[zones.vertices_of(zone)] = True
+        dirty = changed if "changed-zones" in self.options.rules else np.ones(len(zones), bool)
         chosen = np.flatnonzero(dirty & ~stuck)
         if len(chosen) == 0:
             return len(zones), 0
         system = zone_system(self.scene, self.impacts, zones, chosen, self.thickness)
-        solution = solve_system(system, self.options)
-
         rows, _ = members(zones.impacts, zones.impact_offsets, chosen)
+        solution = solve_system(system, self.options, start=self.starts[rows])
+
         vertices, _ = members(zones.vertices, zones.vertex_offsets, chosen)
         solved = np.repeat(solution.feasible, np.diff(system.vertex_offsets))
         free = solution.positions[: len(vertices)]
         self.positions[vertices[solved]] = free[solved]
         self.stuck[vertices[~solved]] = True
-        self.multipliers = _extended(self.multipliers, len(self.impacts.toi))
-        self.active = _extended(self.active, len(self.impacts.toi))
         self.multipliers[rows] = solution.multipliers
         self.active[rows] = solution.active
         return len(zones), len(chosen)
 
-    def relinearized(self) -> Impacts:
-        """The active impacts, with normals and weights of the closest points at x."""
+    def relinearized(self):
+        """The active impacts, with normals and weights of the closest points at x.
+
+        Returns:
+            `Impacts`, and their multipliers.
+        """
         kept = self.impacts.take(self.active)
         weights, normals = np.empty_like(kept.weights), np.empty_like(kept.normals)
         kernels.closest_frames(self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
-        return kept._replace(weights=weights, normals=normals)
+        return kept._replace(weights=weights, normals=normals), self.multipliers[self.active]
 
 
 def _extended(values, n):

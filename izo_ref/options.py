@@ -48,7 +48,8 @@ class Options:
             least; else it is the last.
         method: how a zone is solved; `auto` takes the closed form for one impact; block
             pivoting up to `small_zone` impacts and, where that gives up, `active-set`; for
-            all others `apgs` where it is fast, else `interior-point`.
+            all others `apgs` where it is fast, else `interior-point`, and from their last
+            solution on block pivoting again (`pivoting`).
             Of the augmented Lagrangian (SPEC 3 and 4): `gradient`, `jacobi`, `chebyshev`,
             `cg`, `lbfgs`, `newton`. Sweeps over the multipliers: `pgs`, and
             accelerated, `apgs`.

@@ -167,7 +167,7 @@ def _relinearize(loop: Loop, options: Options):
     best = objective(loop.scene, loop.positions)
     for number in range(1, options.relinearize + 1):
         saved = loop.save()
-        loop.restart(loop.relinearized())
+        loop.restart(*loop.relinearized())
         if not loop.run(number, limit=best):
             loop.restore(saved)
             return

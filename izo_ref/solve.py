@@ -13,14 +13,25 @@ from izo_ref.serial.small_zone import ACTIVE_SET, BLOCK_PIVOT, CLOSED_FORM, Limi
 from izo_ref.sweep import sweep
 from izo_ref.zones import ZoneSystem, problem_system
 
-INTERIOR_POINT, APGS = 3, 4
-METHODS = np.array(["closed-form", "block-pivot", "active-set", "interior-point", "apgs"])
+INTERIOR_POINT = 3
+METHODS = np.array(
+    ["closed-form", "block-pivot", "active-set", "interior-point", "apgs", "pivoting"]
+)
 # Some 5 ns each: a zone of n impacts is n (n + 60) of them, or a little more.
 SERIAL_WORK = 20_000
 
 
-def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> SystemSolution:
-    """Solve every zone of a system; small ones one a thread, large ones one by one."""
+def solve_system(
+    system: ZoneSystem, options: Options, trace: bool = False, start=None
+) -> SystemSolution:
+    """Solve every zone of a system; small ones one a thread, large ones one by one.
+
+    Args:
+        system: `ZoneSystem`.
+        options: `Options`.
+        trace: whether the solution says objective and violation after each step.
+        start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 where there is none.
+    """
     rows = scaled_rows(system)
     if options.method in LAGRANGIAN or options.preset is not None:
         return descend(system, options, rows, trace)
@@ -61,7 +72,7 @@ def solve_system(system: ZoneSystem, options: Options, trace: bool = False) -> S
     active = scaled > 0.0
     for zone in np.flatnonzero(large):
         codes[zone], solved[zone] = _solve_large(
-            system, options, rows, zone, z, scaled, active, steps
+            system, options, rows, zone, start, z, scaled, active, steps
         )
     if rows.hopeless.any():
         solved &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
@@ -89,7 +100,7 @@ def _small_zones(system, options):
     return small, np.where(single, CLOSED_FORM, BLOCK_PIVOT).astype(np.int8)
 
 
-def _solve_large(system, options, rows, zone, z, scaled, active, steps):
+def _solve_large(system, options, rows, zone, start, z, scaled, active, steps):
     """One zone on its own; writes its part of the arrays, returns method and solved."""
     own = slice(*system.impact_offsets[zone : zone + 2])
     vertices = slice(*system.vertex_offsets[zone : zone + 2])
@@ -105,17 +116,19 @@ def _solve_large(system, options, rows, zone, z, scaled, active, steps):
         rows.lengths[own],
         int(vertices.stop - vertices.start),
     )
+    known = np.zeros(len(large.rhs)) if start is None else start[own] * large.lengths
     solution, scaled[own], method, steps[zone], solved = solve_large_zone(
         large,
+        known,
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
-        options.method == "auto",
+        options.method == "interior-point",
     )
     active[own] = scaled[own] > large.times(solution) - rows.rhs[own]
     z[vertices] = solution.reshape(-1, 3)
     if (rows.unknowns[own] >= 0).all():
         _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))
-    return (APGS if method == "apgs" else INTERIOR_POINT), solved
+    return np.flatnonzero(method == METHODS)[0], solved
 
 
 def _keep_centre(z, sqrt_masses):

@@ -26,6 +26,7 @@ FLOORS = [
         "problem",
         "solve",
         "interior_point",
+        "pivoting",
         "large_zone",
         "descent",
         "methods",

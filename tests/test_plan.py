@@ -28,6 +28,19 @@ def lines(scene, **options):
     return {line.part: line for line in needed.lines}
 
 
+def far_apart(*scenes):
+    """One scene of several that cannot meet."""
+    firsts = np.cumsum([0] + [len(scene.masses) for scene in scenes])
+    shifts = 10.0 * np.arange(len(scenes))[:, None] * (1.0, 0.0, 0.0)
+    return izo_ref.Scene(
+        np.concatenate([s.positions_t0 + d for s, d in zip(scenes, shifts, strict=True)]),
+        np.concatenate([s.positions_t1 + d for s, d in zip(scenes, shifts, strict=True)]),
+        np.concatenate([s.faces + k for s, k in zip(scenes, firsts[:-1], strict=True)]),
+        np.concatenate([s.masses for s in scenes]),
+        np.concatenate([s.pinned for s in scenes]),
+    )
+
+
 def same_results(a, b):
     for x, y in zip(a.impacts, b.impacts, strict=True):
         np.testing.assert_array_equal(x, y)
@@ -70,6 +83,16 @@ def test_each_rule_alone_changes_no_bit(rng, left_out, pinned_below):
     result = izo_ref.resolve(scene)
     assert len(result.impacts.toi) > 10
     same_results(result, izo_ref.resolve(scene, options=Options(plan=rules)))
+
+
+def test_large_zones_that_did_not_change_start_where_they_did(rng):
+    """All zones of more than one impact go the way of large ones, from their last solution."""
+    scene = far_apart(two_sheets(rng), two_sheets(rng, n=6), two_sheets(rng, n=10))
+    rules = tuple(rule for rule in RULES if rule != "changed-zones")
+    once = izo_ref.resolve(scene, options=Options(small_zone=1))
+    again = izo_ref.resolve(scene, options=Options(small_zone=1, plan=rules))
+    same_results(once, again)
+    assert [row.solved for row in again.history] != [row.solved for row in once.history]
 
 
 def test_closed_form_changes_last_digits_only(rng):

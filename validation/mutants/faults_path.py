@@ -30,9 +30,9 @@ PATHS = [
     Fault(
         "zones-with-new-impacts-not-solved-again",
         "izo_ref/loop.py",
-        "        dirty = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
+        "        changed = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
         " >= first_new\n",
-        "        dirty = np.minimum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
+        "        changed = np.minimum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
         " >= first_new\n",
         "only zones that consist of new impacts are solved",
         (RESOLVE,),
