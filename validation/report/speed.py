@@ -35,7 +35,7 @@ def speed_report(folder, command):
         _whole(rows["resolve"]),
         _threads(rows["detection"], rows["resolve"]),
         _stages(rows["resolve"]),
-        _ablation(rows["ablation"]),
+        _ablation(rows["ablation"], [row["step"] for row in rows["resolve"]]),
         _cold(rows["cold"]),
         _scale(rows["scale"]),
         NOTES,
@@ -150,7 +150,7 @@ def _stages(rows):
     return "## Where the time goes\n\n" + (table(columns, rows) if rows else "Not measured yet.")
 
 
-def _ablation(rows):
+def _ablation(rows, steps):
     if not rows:
         return "## What each rule saves\n\nNot measured yet."
     names = list(dict.fromkeys(row["left_out"] for row in rows))
@@ -161,6 +161,7 @@ def _ablation(rows):
         return [{"step": step} | {n: by_key[step, n][column] for n in names} for step in found]
 
     columns = {"step": "step"} | {name: name for name in names}
+    missing = [step for step in dict.fromkeys(steps) if step not in found]
     return (
         "## What each rule saves\n\nEach rule switched off on its own, then all of them; the "
         "answer is the same, bit for bit but for `closed-form`. Time over that with all rules "
@@ -171,6 +172,7 @@ def _ablation(rows):
         + table(columns, cells("arrays_mib"))
         + "\nPairs looked at in all detections:\n\n"
         + table(columns, cells("pairs"))
+        + "".join(f"\nNot measured yet: {step}.\n" for step in missing)
     )
 
 

@@ -46,10 +46,14 @@ def _detection(folder, say):
             continue
         scene = steps.load_step(step)
         calls = _detection_calls(scene)
+        numbers = {}
+        for key, (call, found) in calls.items():
+            call()
+            numbers[key] = found()
         seconds = _in_turn({key: call for key, (call, _) in calls.items()}, REPEATS)
-        for (what, count), (_, found) in calls.items():
-            own = seconds[what, count]
-            rows.add(step=step, what=what, threads=count, **_spread(own), found=found())
+        for (what, count), own in seconds.items():
+            number = numbers[what, count]
+            rows.add(step=step, what=what, threads=count, **_spread(own), found=number)
             say(f"detection: {step}, {what}, {count} threads: {np.median(own):.3f} s")
 
 
@@ -150,21 +154,22 @@ def _ablation(folder, say):
             name: partial(resolve, scene, THICKNESS_M, options=Options(plan=plan))
             for name, plan in plans.items()
         }
-        seconds = _in_turn(calls, repeats)
-        with_all = np.median(seconds[""])
+        peaks, pairs = {}, {}
         for name, call in calls.items():
             tracemalloc.start()
-            result = call()
-            peak = tracemalloc.get_traced_memory()[1] / 2**20
+            pairs[name] = sum(line.candidates for line in call().history)
+            peaks[name] = tracemalloc.get_traced_memory()[1] / 2**20
             tracemalloc.stop()
-            looked_at = sum(line.candidates for line in result.history)
+        seconds = _in_turn(calls, repeats)
+        with_all = np.median(seconds[""])
+        for name in calls:
             rows.add(
                 step=step,
                 left_out=name or "nothing",
                 **_spread(seconds[name]),
                 ratio=float(np.median(seconds[name]) / with_all),
-                arrays_mib=peak,
-                pairs=looked_at,
+                arrays_mib=peaks[name],
+                pairs=pairs[name],
             )
         say(f"ablation: {step}, {repeats} runs each")
 
@@ -208,14 +213,16 @@ def _scale(folder, say):
 
 
 def _in_turn(calls, repeats):
-    """{key: seconds of each call}, one after the other, `repeats` times after a first."""
+    """{key: seconds of each call}, one after the other, `repeats` times.
+
+    They were called before: the first call compiles, and does not count.
+    """
     seconds = {key: [] for key in calls}
-    for k in range(repeats + 1):
+    for _ in range(repeats):
         for key, call in calls.items():
             begin = time.perf_counter()
             call()
-            if k:
-                seconds[key].append(time.perf_counter() - begin)
+            seconds[key].append(time.perf_counter() - begin)
     return seconds
 
 
