@@ -9,7 +9,7 @@ from izo_ref.scalar.advance import APART, CONTACT, MAX_STEPS, UNDECIDED, advance
 from izo_ref.serial.contacts import relative_nodes
 from tests.conftest import load, load_step
 from tests.naive.closest import distance
-from tests.shapes import two_sheets, vertex_over_face
+from tests.shapes import grid, two_sheets, vertex_over_face
 from validation.oracles import path
 
 NO_REACH = (0.0, 0.0, 0.0, 0.0)
@@ -316,14 +316,38 @@ def test_a_detector_that_follows_a_path_finds_what_a_new_one_finds(rng, share, r
     assert len(set(sizes)) > 3
 
 
+@pytest.mark.parametrize("mover", ["lower", "upper"])
+@pytest.mark.parametrize(
+    "steps",  # of 0.05; an edge is 1 / 7, far is 0.03 of that
+    [(0.045, 0.003, 0.0029), (0.04, 0.003, 0.0029, 0.0028, 0.0027)],
+    ids=["in one step", "creeping"],
+)
+def test_what_meets_within_its_reach_is_found(rng, mover, steps):
+    """A sheet comes nearer by less each time, each time within the reach it first had."""
+    start, faces = grid(8, 0.0, jitter=1e-5 * rng.normal(size=(64, 3)))
+    start = np.concatenate((start, start + (0.013, 0.021, 0.05)))
+    edges = izo_ref.Scene(start, start, np.concatenate((faces, faces + 64))).edges
+    detector = Detector(start, edges, np.concatenate((faces, faces + 64)))
+    moves = slice(0, 64) if mover == "lower" else slice(64, 128)
+    end, found = start + (1e-4, 0.0, 0.0), []  # what rests is in no tree
+    for nearer in steps:
+        end[moves, 2] += nearer if mover == "lower" else -nearer
+        found.append(detector.find(end))
+    assert [len(impacts.toi) > 0 for impacts in found] == [False] * (len(steps) - 1) + [True]
+    same_impacts(found[-1], Detector(start, edges, np.concatenate((faces, faces + 64))).find(end))
+
+
 def test_a_reach_holds_for_every_end_within(rng):
     """What is proved apart with a reach is apart wherever the nodes end in there."""
     proved, met = 0, 0
-    for _ in range(3000):
+    for _ in range(4000):
         is_edge_edge = bool(rng.random() < 0.5)
         start, end = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
         end = start + 0.3 * end
-        reach = tuple((10.0 ** rng.uniform(-6, 0)) * rng.random(4))
+        reach = (10.0 ** rng.uniform(-6, 0)) * rng.random(4)
+        if rng.random() < 0.5:  # what is forgotten of one must not hide behind another
+            reach = rng.random() * (np.arange(4) == rng.integers(4))
+        reach = tuple(reach)
         relative = [tuple(p[k] - p[0]) for p in (start, end) for k in (1, 2, 3)]
         status, _, _, _ = advance(is_edge_edge, *relative, reach, 4)
         if status != APART:

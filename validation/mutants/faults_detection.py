@@ -174,7 +174,7 @@ DETECTION = [
         "            self._centres + reach,\n",
         "            self._centres,\n",
         "boxes hold where vertices are, not how far they may get on one side",
-        (FOLLOWS,),
+        ("tests/test_detect.py::test_what_meets_within_its_reach_is_found",),
     ),
     Fault(
         "reach-never-left",
@@ -182,7 +182,7 @@ DETECTION = [
         "        left = _largest(positions_t1 - self._centres) > self._reach\n",
         "        left = _largest(positions_t1 - self._seen) > self._reach\n",
         "a vertex that creeps away in small steps is never looked for anew",
-        (FOLLOWS,),
+        ("tests/test_detect.py::test_what_meets_within_its_reach_is_found",),
     ),
     Fault(
         "near-pairs-kept-for-ever",
