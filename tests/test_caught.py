@@ -14,12 +14,13 @@ AXES_AND_SIDES = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize(("axis", "side"), AXES_AND_SIDES)
-def test_boxes_that_touch_meet_along_each_axis_from_both_sides(axis, side, dtype):
+@pytest.mark.parametrize("times", [(0, 6), (6, 0)], ids=["apart at the start", "at the end"])
+def test_boxes_that_touch_meet_along_each_axis_from_both_sides(axis, side, dtype, times):
     block = np.empty((1, 12, 8), dtype)
     block[0] = np.array([0.0, 0, 0, 1, 1, 1] * 2, dtype)[:, None]
     for row in range(axis, 12, 3):
         block[0, row, 5] += side
-    for time in (0, 6):
+    for time in times:
         inner = axis + time + (0 if side > 0.0 else 3)  # the side of the box that touches
         assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255
         block[0, inner, 5] = np.nextafter(block[0, inner, 5], dtype(2.0 * side))
