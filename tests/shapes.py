@@ -3,6 +3,9 @@
 import numpy as np
 
 import izo_ref
+from izo_ref.large_zone import LargeZone
+from izo_ref.rows import scaled_rows
+from izo_ref.zones import problem_system
 
 
 def grid(n, z=0.0, size=1.0, jitter=None):
@@ -58,3 +61,11 @@ def random_problem(rng, n_impacts, mass_ratio=1.0, n_vertices=None, thickness=1e
     targets = 0.01 * rng.normal(size=(k, 3))
     masses = mass_ratio ** rng.random(k)
     return izo_ref.ZoneProblem(nodes, weights, normals, targets, masses, thickness)
+
+
+def large_zone(problem):
+    """The `LargeZone` of a problem on its own."""
+    system, _ = problem_system([problem])
+    rows = scaled_rows(system)
+    n = int(system.vertex_offsets[1])
+    return LargeZone(rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths, n)

@@ -3,27 +3,16 @@
 import numpy as np
 import pytest
 
-from izo_ref.large_zone import LargeZone, is_entangled, solve_large_zone
-from izo_ref.rows import scaled_rows
+from izo_ref.large_zone import is_entangled, solve_large_zone
 from izo_ref.solve import solve_zone
-from izo_ref.zones import problem_system
-from tests.shapes import random_problem
+from tests.shapes import large_zone, random_problem
 from validation.scenes.piles import chain_zone, stack_zone
 
 
-def large(problem):
-    system, _ = problem_system([problem])
-    rows = scaled_rows(system)
-    n = system.vertex_offsets[1]
-    return LargeZone(
-        rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths, int(n)
-    )
-
-
 def test_layers_and_chains_are_not_entangled_and_random_zones_are(rng):
-    assert not is_entangled(large(chain_zone(rng, 500)))
-    assert not is_entangled(large(stack_zone(rng, 5, 12)))
-    assert is_entangled(large(random_problem(rng, 300)))
+    assert not is_entangled(large_zone(chain_zone(rng, 500)))
+    assert not is_entangled(large_zone(stack_zone(rng, 5, 12)))
+    assert is_entangled(large_zone(random_problem(rng, 300)))
 
 
 @pytest.mark.parametrize(
@@ -52,7 +41,7 @@ def test_pinned_vertices_do_not_tangle(rng):
     shared = type(problem)(
         nodes, problem.weights, problem.normals, targets, masses, problem.thickness
     )
-    assert not is_entangled(large(shared))
+    assert not is_entangled(large_zone(shared))
 
 
 def test_what_nothing_satisfies_is_said(rng):
@@ -62,7 +51,7 @@ def test_what_nothing_satisfies_is_said(rng):
     opposed = type(problem)(
         nodes, weights, normals, problem.targets, problem.masses, problem.thickness
     )
-    zone = large(opposed)
+    zone = large_zone(opposed)
     *_, solved = solve_large_zone(
         zone, np.zeros(len(zone.rhs)), 1e-9, 1e-9 * problem.thickness, False
     )

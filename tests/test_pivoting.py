@@ -5,18 +5,10 @@ import pytest
 
 from izo_ref.large_zone import LargeZone, solve_large_zone
 from izo_ref.pivoting import pivot_from
-from izo_ref.rows import scaled_rows
-from izo_ref.zones import problem_system
+from tests.shapes import large_zone
 from validation.scenes.piles import chain_zone, stack_zone
 
 GAP, VIOLATION = 1e-10, 1e-12  # the second in the unit of rhs, whose largest is some 1e-2
-
-
-def large(problem):
-    system, _ = problem_system([problem])
-    rows = scaled_rows(system)
-    n = int(system.vertex_offsets[1])
-    return LargeZone(rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths, n)
 
 
 def without(zone, rows):
@@ -57,7 +49,7 @@ def assert_same(zone, found, z):
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.1, 0.3])
 def test_new_rows_are_taken_in(rng, share):
-    zone = large(chain_zone(rng, 400))
+    zone = large_zone(chain_zone(rng, 400))
     z, _ = solved(zone)
     found = pivot_from(zone, start_without(zone, rng.random(len(zone.rhs)) < share), GAP, VIOLATION)
     assert found is not None
@@ -65,7 +57,7 @@ def test_new_rows_are_taken_in(rng, share):
 
 
 def test_redundant_rows_are_no_hindrance(rng):
-    zone = large(stack_zone(rng, 6, 12))
+    zone = large_zone(stack_zone(rng, 6, 12))
     z, u = solved(zone)
     found = pivot_from(repeated(zone), np.concatenate((u, np.zeros(len(u)))), GAP, VIOLATION)
     assert found is not None
@@ -73,7 +65,7 @@ def test_redundant_rows_are_no_hindrance(rng):
 
 
 def test_a_far_start_ends_right_or_not_at_all(rng):
-    zone = large(chain_zone(rng, 400))
+    zone = large_zone(chain_zone(rng, 400))
     z, _ = solved(zone)
     ended = 0
     for _ in range(20):
@@ -86,7 +78,7 @@ def test_a_far_start_ends_right_or_not_at_all(rng):
 
 def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
     """Its layers hold each other in many ways: rows on the wrong side change places for long."""
-    zone = large(stack_zone(rng, 6, 12))
+    zone = large_zone(stack_zone(rng, 6, 12))
     z, _ = solved(zone)
     given_up = 0
     for share in (0.001, 0.01, 0.1):
@@ -100,14 +92,14 @@ def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
 
 
 def test_what_nothing_satisfies_is_given_up(rng):
-    zone = large(chain_zone(rng, 50))
+    zone = large_zone(chain_zone(rng, 50))
     opposed = repeated(zone)._replace(normals=np.concatenate((zone.normals, -zone.normals)))
     _, u = solved(zone)
     assert pivot_from(opposed, np.concatenate((u, u)), GAP, VIOLATION) is None
 
 
 def test_the_same_start_ends_in_the_same_bits(rng):
-    zone = large(chain_zone(rng, 400))
+    zone = large_zone(chain_zone(rng, 400))
     start = start_without(zone, np.arange(len(zone.rhs)) % 10 == 0)
     once, again = (pivot_from(zone, start, GAP, VIOLATION) for _ in range(2))
     np.testing.assert_array_equal(once[0], again[0])

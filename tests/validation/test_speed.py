@@ -7,9 +7,10 @@ import izo_ref
 from izo_ref import Options
 from izo_ref.options import RULES
 from tests.shapes import two_sheets
-from validation.report.speed import BOTH, LBVH, OWN, speed_report
+from validation.report.speed import speed_report
 from validation.rows import Rows
 from validation.study import speed
+from validation.study.speed import BOTH, LBVH, OWN
 
 SPREAD = {"least_s": 0.1, "most_s": 0.9, "repeats": 5}
 

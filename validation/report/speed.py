@@ -4,12 +4,7 @@ import numpy as np
 
 from validation.report.tables import table, write
 from validation.rows import read, runs
-
-OWN, LBVH, BOTH = (
-    "izo_ref: find_impacts",
-    "ipctk: LBVH",
-    "ipctk: LBVH and Tight Inclusion",
-)
+from validation.study.speed import BOTH, LBVH, OWN
 
 
 def speed_report(folder, command):
@@ -230,19 +225,19 @@ NOTES = """## What was tried and did not help
   that only on cloth-ball-clean.
 * A test without branches for shared vertices, and `forceinline` for the small vectors: nothing.
 * Reach without a bound (see `FAR_REACH`): what is near everything is looked at each time.
-* Large zones from their last solution (`pivoting.py`): stack-6k, sheets-10k, sheets-50k and
-  armadillo-rollers are solved in half the time. cloth-ball-clean is not: a fifth of its zones,
+* Large zones from their last solution (`pivoting.py`): solving takes 0.55 of the time on
+  armadillo-rollers, 0.59 on stack-6k, 0.63 on sheets-50k, 0.85 on sheets-10k (once each, one
+  thread). On cloth-ball-clean it gains nothing: a fifth of its zones,
   with one redundant row of ten, have rows that change sides for ever, and the tries cost what
   the others gain. Against that: from 1e-4 to 1e-10 for rho (49, 30 and 48 given up of 191, least
   at 1e-9); all rows that pull first, then all that are missing (46); the worse half of them
   (32, of steps that take longer); Newton's method projected, with a search for descent, from
-  the start or where rows stop to get fewer (more than 100); to give up where a tenth of
-  the rows is wrong at first.
+  the start or where rows stop to get fewer (more than 100).
 * In the rounds with new normals, the impacts that did not hold kept as they were, or with new
   normals: fewer iterations and larger zones, 1.4 and 1.16 times the time on armadillo-rollers,
   the others within 10 %. The objective there is 12 % and 1 % lower, elsewhere the same to 0.1 %.
 * Directions for pairs whose proof takes two steps (a quarter of a detection's time): between
-  the middles of the sides, or of closest points at half time; they settle 13 to 25 % of them.
+  the middles of the sides, or of closest points at half time; they settle 10 to 25 % of them.
 * Compiling the helpers of a kernel at -O0 or -O1: 73 and 65 s instead of 63, for more is left
   to the kernel.
 """

@@ -19,6 +19,12 @@ from validation.study.timing import thread_counts, threads
 THICKNESS_M = 1e-4
 REPEATS = 5  # of which the median is taken, after one that does not count
 ENOUGH_S = 120.0  # of one cell: a step that takes longer is repeated less, which its row says
+# What is timed for a detection.
+OWN, LBVH, BOTH = (
+    "izo_ref: find_impacts",
+    "ipctk: LBVH",
+    "ipctk: LBVH and Tight Inclusion",
+)
 DETECTION_STEPS = ("armadillo-rollers", "cloth-ball-clean", "sheets-50k")
 SMALL_STEP = "ipctd-thick-cloth"
 SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
@@ -42,7 +48,7 @@ def _detection(folder, say):
     """All impacts of a step, and what ipctk takes for its candidates, and for its step size."""
     rows = Rows(folder, "detection", ("step", "what", "threads"))
     for step in DETECTION_STEPS:
-        if rows.has(step=step, what="izo_ref: find_impacts", threads=1):
+        if rows.has(step=step, what=OWN, threads=1):
             continue
         scene = steps.load_step(step)
         calls = _detection_calls(scene)
@@ -82,10 +88,10 @@ def _detection_calls(scene):
         ccd = ipctk.TightInclusionCCD()
         candidates.compute_collision_free_stepsize(mesh, start, end, narrow_phase_ccd=ccd)
 
-    calls = {("ipctk: LBVH", most): (build, lambda: len(candidates))}
-    calls["ipctk: LBVH and Tight Inclusion", most] = step_size, lambda: None
+    calls = {(LBVH, most): (build, lambda: len(candidates))}
+    calls[BOTH, most] = step_size, lambda: None
     for count in reversed(thread_counts()):
-        calls["izo_ref: find_impacts", count] = impacts(count)
+        calls[OWN, count] = impacts(count)
     return calls
 
 
