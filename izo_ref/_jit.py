@@ -60,8 +60,8 @@ def anything_compiled() -> bool:
     return next(CACHE_FOLDER.rglob("*.nbi"), None) is not None
 
 
-def _njit(function, **options):
-    with _cached_in(CACHE_FOLDER):
+def _njit(function, folder=CACHE_FOLDER, **options):
+    with _cached_in(folder):
         return njit(
             cache=True,
             error_model="numpy",
@@ -97,22 +97,13 @@ def _kernel(function, **options):
 def cpu_kernel(function):
     """Compile a kernel over `prange`; launches are serialised over Python threads.
 
-    Its `.alone` launches it on one thread: waking the others takes microseconds, and on a
-    busy machine milliseconds.
+    Its `.alone` is the same loop on one thread, compiled for itself: waking the others takes
+    microseconds, and on a busy machine milliseconds. A scene with little to do needs no other,
+    and a loop over threads takes several times as long to compile.
     """
     launch = _kernel(function, parallel=True)
-
-    @functools.wraps(function)
-    def alone(*arrays):
-        with _LAUNCH:
-            threads = numba.get_num_threads()
-            numba.set_num_threads(1)
-            try:
-                launch.kernel(*arrays)
-            finally:
-                numba.set_num_threads(threads)
-
-    launch.alone = alone
+    # numba's cache tells functions apart by name and signature, not by options
+    launch.alone = _kernel(function, folder=CACHE_FOLDER / "alone")
     return launch
 
 

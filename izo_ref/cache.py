@@ -19,6 +19,7 @@ from izo_ref.scene import Scene
 from izo_ref.solve import solve_zone
 
 MANY = 300  # impacts: more than a small zone has
+ENOUGH = 150  # impacts: work for all threads, in a small zone
 
 
 class CacheFolder(NamedTuple):
@@ -65,6 +66,7 @@ def _large_zones():
 
 
 def _rest():
+    solve_zone(_chain(ENOUGH))
     resolve(_tetrahedra_scene(), 1e-3)
 
 
@@ -115,8 +117,8 @@ def run_task(name):
 
 @contextmanager
 def compiling_beside():
-    """While the block runs, solvers of small zones are compiled by another process, if there
-    is no compiled code yet: detection takes as long. The block is followed by waiting for it.
+    """While the block runs, solvers of few small zones are compiled by another process, if
+    there is no compiled code yet: detection takes as long. The block is followed by waiting for it.
     """
     if anything_compiled() or (os.cpu_count() or 1) < 2:
         yield

@@ -11,6 +11,14 @@ THREADS = "tests/test_resolve.py::test_same_bits_with_one_thread_and_with_two"
 
 SOLVERS = [
     Fault(
+        "one-folder-for-loops-and-threads",
+        "izo_ref/_jit.py",
+        'launch.alone = _kernel(function, folder=CACHE_FOLDER / "alone")',
+        "launch.alone = _kernel(function)",
+        "compiled code for one thread is loaded where all were asked for",
+        ("tests/test_jit.py",),
+    ),
+    Fault(
         "multipliers-not-clamped",
         "izo_ref/serial/lagrangian.py",
         "        zone.multipliers[j] = max(pushed, 0.0)\n",
