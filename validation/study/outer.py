@@ -21,7 +21,7 @@ TOLERANCES = (1e-9, 1e-6)
 ROUNDS = (0, 1, 2, 3)
 PEER = "ARCSim 0.2.1"
 # Of steps that take longer by default [CPU s], only the selections are compared.
-LONG_S = 20.0
+LONG_S = 10.0
 FULL_LIMIT_S, QUICK_LIMIT_S = 300.0, 10.0  # of one row; looked at after each iteration
 FULL_ENOUGH_S, QUICK_ENOUGH_S, MOST_REPEATS = 1.0, 0.3, 3  # repeats of a row end by then
 DEMO = "generated: demo"  # half a minute for all settings
