@@ -42,7 +42,7 @@ def _cache_folder() -> Path:
 
 
 @contextmanager
-def _cached_in(folder: Path):
+def cached_in(folder: Path, config=config):
     """numba reads the folder when a function is decorated: set it for that moment only."""
     before = config.CACHE_DIR
     config.CACHE_DIR = str(folder)
@@ -61,7 +61,7 @@ def anything_compiled() -> bool:
 
 
 def _njit(function, folder=CACHE_FOLDER, **options):
-    with _cached_in(folder):
+    with cached_in(folder):
         return njit(
             cache=True,
             error_model="numpy",

@@ -8,6 +8,7 @@ from izo_ref.errors import (
     IndexRangeError,
     MassError,
     NonFiniteError,
+    OptionError,
     ShapeError,
     ThicknessError,
 )
@@ -93,6 +94,17 @@ def thickness(value) -> float:
     if not (number > 0.0 and math.isfinite(number)):
         raise ThicknessError(f"thickness: expected a number > 0 [m], got {value!r}")
     return number
+
+
+def device(name) -> str:
+    """`cpu`, `cuda` or `auto`.
+
+    Raises:
+        OptionError.
+    """
+    if name not in ("cpu", "auto", "cuda"):
+        raise OptionError(f"device: expected 'cpu', 'auto' or 'cuda', got {name!r}")
+    return name
 
 
 def _shaped(name, values, shape):

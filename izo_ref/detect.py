@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from izo_ref import checks
 from izo_ref.broad import Elements, meeting_pairs, scattered, vertex_boxes
 from izo_ref.cpu import advance as kernels
-from izo_ref.cpu.contacts import CHUNK, find_contacts
+from izo_ref.cpu.contacts import CHUNK, contact_nodes, find_contacts
 from izo_ref.options import RULES
 from izo_ref.parts import Parts
 from izo_ref.ranges import ranges
@@ -267,13 +268,9 @@ class _Kind:
 
     def _keys_and_nodes(self, pairs):
         first, second = self._first.tree, self._second.tree
-        elements = np.column_stack((first.order[pairs[:, 0]], second.order[pairs[:, 1]]))
-        nodes = np.hstack((first.nodes[pairs[:, 0]], second.nodes[pairs[:, 1]]))
-        if self._first is self._second:
-            swap = elements[:, 0] > elements[:, 1]
-            elements[swap] = elements[swap][:, ::-1]
-            nodes[swap] = nodes[swap][:, [2, 3, 0, 1]]
-        return (elements[:, 0].astype(np.int64) << 32) | elements[:, 1], nodes
+        keys, nodes = np.empty(len(pairs), np.int64), np.empty((len(pairs), 4), np.int32)
+        contact_nodes(pairs, first.order, first.nodes, second.order, second.nodes, keys, nodes)
+        return keys, nodes
 
 
 def _differ(a, b):
@@ -306,7 +303,7 @@ def _pair_keys(pairs: Pairs):
     return [row.tobytes() for row in np.column_stack((ee.astype(np.int32), nodes))]
 
 
-def find_impacts(scene) -> Impacts:
+def find_impacts(scene, device="cpu") -> Impacts:
     """Every vertex-face and edge-edge pair that meets on the path of a scene.
 
     A pair that is only touched, at any time up to t = 1, meets; so does one that comes
@@ -315,11 +312,22 @@ def find_impacts(scene) -> Impacts:
 
     Args:
         scene: `Scene`.
+        device: `cpu` or `cuda`.
 
     Returns:
         `Impacts`: vertex-face pairs by vertex and face, then edge-edge pairs by edges.
 
+    Raises:
+        OptionError, DeviceUnavailable.
+
     Source: SPEC section 1; the proof is in `scalar/advance.py`.
     """
+    if checks.device(device) == "cuda":
+        from izo_ref.gpu.device import require_device
+
+        require_device()
+        from izo_ref.gpu.detect import impacts_of_scene
+
+        return impacts_of_scene(scene)
     detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
     return detector.find(scene.positions_t1)

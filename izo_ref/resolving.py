@@ -9,7 +9,7 @@ import numpy as np
 from izo_ref import checks
 from izo_ref.certify import PathCertificate, certify_path
 from izo_ref.detect import median_length
-from izo_ref.errors import DeviceUnavailable, OptionError
+from izo_ref.errors import DeviceUnavailable
 from izo_ref.fallback import ScaledBack, scale_back
 from izo_ref.loop import Iteration, Loop, objective
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
@@ -95,7 +95,10 @@ def resolve(
     Source: SPEC sections 6 and 7.
     """
     options = options or Options()
-    _check_device(device)
+    if checks.device(device) == "cuda":
+        raise DeviceUnavailable(
+            "device 'cuda': a GPU finds impacts (find_impacts) but does not resolve yet; use 'cpu'"
+        )
     thickness = _thickness(scene, thickness, options)
     times = {"start": time.perf_counter()}
 
@@ -193,13 +196,6 @@ def _thickness(scene, thickness, options):
         return 1.0  # no edges, no faces: nothing can meet, any will do
     length = median_length(scene.positions_t0, scene.edges)
     return checks.thickness(options.thickness_fraction * length)
-
-
-def _check_device(device):
-    if device not in ("cpu", "auto", "cuda"):
-        raise OptionError(f"device: expected 'cpu', 'auto' or 'cuda', got {device!r}")
-    if device == "cuda":
-        raise DeviceUnavailable("device 'cuda': this version has no GPU kernels; use 'cpu'")
 
 
 def _durations(times):

@@ -14,8 +14,9 @@ PACKAGE = ROOT / "izo_ref"
 FLOORS = [
     {"_jit", "types", "errors", "options", "version"},
     {"scalar", "serial", "checks", "exact", "exact_path", "ranges"},
-    {"cpu"},
+    {"cpu", "cuda"},
     {
+        "gpu",
         "broad",
         "detect",
         "parts",
@@ -119,14 +120,24 @@ def test_import_needs_numpy_and_numba_alone():
     assert out.stdout.strip() == "['izo_ref']"
 
 
-def kernels():
-    for path in (PACKAGE / "cpu").glob("*.py"):
+DECORATORS = ("cpu_kernel", "light_kernel", "cuda_kernel")
+
+
+def kernels_of(target):
+    """(file, source, node) of each kernel."""
+    for path in sorted((PACKAGE / target).glob("*.py")):
         text = path.read_text()
         for node in ast.parse(text).body:
             if isinstance(node, ast.FunctionDef) and any(
-                getattr(d, "id", "") in ("cpu_kernel", "light_kernel") for d in node.decorator_list
+                getattr(d, "id", "") in DECORATORS for d in node.decorator_list
             ):
-                yield pytest.param(ast.get_source_segment(text, node), node, id=node.name)
+                yield path.name, ast.get_source_segment(text, node), node
+
+
+def kernels():
+    for target in ("cpu", "cuda"):
+        for file, source, node in kernels_of(target):
+            yield pytest.param(source, node, id=f"{target}/{file}-{node.name}")
 
 
 @pytest.mark.parametrize(("source", "node"), list(kernels()))
@@ -141,11 +152,47 @@ def test_kernels_state_their_contract(source, node):
         for inner in ast.walk(node)
         for target in getattr(inner, "targets", [getattr(inner, "target", None)])
         if isinstance(target, ast.Subscript) and isinstance(target.value, ast.Name)
+    } - {  # shared memory, which a kernel makes itself
+        target.id
+        for inner in ast.walk(node)
+        if isinstance(inner, ast.Assign) and isinstance(inner.value, ast.Call)
+        for target in inner.targets
+        if isinstance(target, ast.Name)
     }
     assert all(name.endswith("_out") for name in written), written
     for name in names:
         assert f"    {name},  # " in signature, f"{name} has no shape, type or unit"
         assert name.endswith("_out") == (f"    {name}," in outputs)
+
+
+def test_twins_have_the_same_contract():
+    def contracts(target):
+        return {
+            (file, node.name): source[: source.index("\n):")].split("\n", 1)[1]
+            for file, source, node in kernels_of(target)
+        }
+
+    on_cpu, on_gpu = contracts("cpu"), contracts("cuda")
+    shared = on_cpu.keys() & on_gpu.keys()
+    assert len(shared) >= 11
+    for name in shared:
+        assert on_cpu[name] == on_gpu[name], name
+    # a name of one target in another file of the other would be a twin that is not found
+    assert not {name for _, name in on_cpu.keys() ^ shared} & {name for _, name in on_gpu}
+
+
+def test_a_gpu_is_asked_for_where_it_is_used_alone():
+    for path in SOURCES:
+        if part_of(path) in ("cuda", "gpu"):
+            continue
+        for node in ast.parse(path.read_text()).body:  # not inside functions
+            module = getattr(node, "module", None) or ""
+            assert not module.startswith(("izo_ref.cuda", "izo_ref.gpu", "numba.cuda")), path
+        assert "from numba import cuda" not in path.read_text(), path
+    for path in (PACKAGE / "cpu").glob("*.py"):
+        assert "izo_ref.cuda" not in path.read_text(), path
+    for path in (PACKAGE / "cuda").glob("*.py"):
+        assert "izo_ref.cpu" not in path.read_text(), path
 
 
 def test_every_public_name_says_what_it_is():

@@ -145,6 +145,20 @@ def _speed(args):
     return PASSED
 
 
+def _cuda(args):
+    from validation.report.cuda import cuda_report
+    from validation.rows import begin_run
+    from validation.study import cuda
+
+    folder = args.output / "cuda"
+    if not args.pages_only:
+        begin_run(folder / "rows", "python -m validation study cuda", False)
+        cuda.run(folder / "rows", args.only, lambda line: print(line, flush=True))
+    cuda_report(folder, "python -m validation study cuda")
+    print(folder / "README.md")
+    return PASSED
+
+
 def _say(fact):
     mark = {True: "passed", False: "FAILED", None: "      "}[fact.passed]
     print(f"{mark}  {fact.question} | {fact.by} | {fact.answer} | {fact.seconds:.2f} s", flush=True)
@@ -205,6 +219,12 @@ def _parser():
     sub = studies.add_parser("speed", help=text, description=text)
     sub.set_defaults(run=_speed)
     sub.add_argument("--only", choices=("detection", "resolve", "ablation", "cold", "scale"))
+    sub.add_argument("--pages-only", action="store_true", help="measure nothing")
+    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+    text = "what kernels need of a GPU; with one, whether it finds the same, and how fast: cuda/"
+    sub = studies.add_parser("cuda", help=text, description=text)
+    sub.set_defaults(run=_cuda)
+    sub.add_argument("--only", choices=("kernels", "detection"))
     sub.add_argument("--pages-only", action="store_true", help="measure nothing")
     sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
 

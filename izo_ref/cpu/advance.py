@@ -2,15 +2,10 @@
 
 from numba import prange
 
-from izo_ref._jit import compiled, light_kernel
+from izo_ref._jit import light_kernel
 from izo_ref.scalar.frame import closest_frame, impact_frame
 from izo_ref.scalar.meeting import certainly_meets
-from izo_ref.serial.contacts import relative_nodes, row3
-
-
-@compiled
-def row4(array, i):
-    return (array[i, 0], array[i, 1], array[i, 2], array[i, 3])
+from izo_ref.serial.contacts import relative_nodes, row3, row4
 
 
 @light_kernel

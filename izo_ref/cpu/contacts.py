@@ -2,9 +2,9 @@
 
 from numba import prange
 
-from izo_ref._jit import cpu_kernel
-from izo_ref.serial.contacts import contacts_of_pairs, crossings_of_pairs
-from izo_ref.serial.tree import WIDTH, pairs_of_block
+from izo_ref._jit import cpu_kernel, light_kernel
+from izo_ref.serial.contacts import contacts_of_pairs, crossings_of_pairs, pair_key, pair_nodes
+from izo_ref.serial.tree import ALL_LANES, WIDTH, pairs_of_block
 
 # Queries, or pairs, that a thread takes at a time.
 CHUNK = 256
@@ -30,7 +30,7 @@ def find_pairs(
         for block in range(first, last):
             at = starts[k] + count
             count += pairs_of_block(
-                block, queries, leaves, against_itself, at, starts[k + 1], pairs_out
+                block, ALL_LANES, queries, leaves, against_itself, at, starts[k + 1], pairs_out
             )
         counts_out[k] = count
 
@@ -72,6 +72,26 @@ def find_contacts(
             toi_out,
             directions_out,
         )
+
+
+@light_kernel
+def contact_nodes(
+    # In:
+    pairs,  # (n_pairs, 2) i4, places
+    first_order,  # (n_queries,) i4
+    first_nodes,  # (n_queries, k) i4, of vertices or edges
+    second_order,  # (n_leaves,) i4
+    second_nodes,  # (n_leaves, l) i4, of faces or edges
+    # Out:
+    keys_out,  # (n_pairs,) i8, by elements
+    nodes_out,  # (n_pairs, 4) i4, vertex then face, or edge then edge
+):
+    for i in prange(pairs.shape[0]):
+        a, b = pairs[i, 0], pairs[i, 1]
+        keys_out[i] = pair_key(a, b, first_order, first_nodes, second_order)
+        nodes = pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes)
+        for k in range(4):
+            nodes_out[i, k] = nodes[k]
 
 
 @cpu_kernel

@@ -1,5 +1,7 @@
 """Which pairs of elements meet on their path, or at rest."""
 
+import numpy as np
+
 from izo_ref._jit import compiled
 from izo_ref.scalar.advance import APART, advance
 from izo_ref.scalar.crossing import edge_face_status
@@ -9,6 +11,11 @@ from izo_ref.scalar.vec3 import sub3
 @compiled
 def row3(array, i):
     return (array[i, 0], array[i, 1], array[i, 2])
+
+
+@compiled
+def row4(array, i):
+    return (array[i, 0], array[i, 1], array[i, 2], array[i, 3])
 
 
 @compiled
@@ -30,6 +37,15 @@ def pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes):
     if first_order[a] > second_order[b]:
         return (second_nodes[b, 0], second_nodes[b, 1], first_nodes[a, 0], first_nodes[a, 1])
     return (first_nodes[a, 0], first_nodes[a, 1], second_nodes[b, 0], second_nodes[b, 1])
+
+
+@compiled
+def pair_key(a, b, first_order, first_nodes, second_order):
+    """What places a and b are sorted by: their elements, of two edges the lower first."""
+    first, second = np.int64(first_order[a]), np.int64(second_order[b])
+    if first_nodes.shape[1] == 2 and first > second:
+        first, second = second, first
+    return (first << 32) | second
 
 
 @compiled

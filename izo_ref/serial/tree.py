@@ -117,6 +117,7 @@ def share_node(a, i, b, j):
 @inlined
 def _pairs_of_two_blocks(
     own,
+    wanted,
     other,
     other_box,
     query_blocks,
@@ -131,7 +132,7 @@ def _pairs_of_two_blocks(
     pairs_out,
 ):
     count = 0
-    queries = meeting_lanes(other_box, query_blocks, own)
+    queries = meeting_lanes(other_box, query_blocks, own) & wanted
     while queries:
         lane = lowest_lane(queries)
         queries &= queries - 1
@@ -153,13 +154,14 @@ def _pairs_of_two_blocks(
 
 
 @compiled
-def pairs_of_block(own, queries, leaves, against_itself, start, end, pairs_out):
+def pairs_of_block(own, wanted, queries, leaves, against_itself, start, end, pairs_out):
     """Pairs of a block of queries and the leaves of a tree, whose moving boxes meet.
 
     Pairs of which neither side has to be looked at, or which share a vertex, are left out.
 
     Args:
         own: the block.
+        wanted: the lanes of it that are asked for, ALL_LANES or one alone.
         queries, leaves: `Tree`s.
         against_itself: they are the same tree: each pair comes once, in its order.
         start, end: where to write.
@@ -172,11 +174,14 @@ def pairs_of_block(own, queries, leaves, against_itself, start, end, pairs_out):
     query_blocks, query_lanes, query_nodes = queries.blocks, queries.lanes, queries.nodes
     blocks, lanes, leaf_nodes, levels = leaves.blocks, leaves.lanes, leaves.nodes, leaves.levels
     top = levels.shape[0] - 2
-    to_enter = np.empty(top + 1, np.int64)  # of the levels above, those lanes that are left
-    box = box_of(query_blocks, queries.levels[1] + own // WIDTH, own % WIDTH)
-    looked_at = query_lanes[own]
+    if wanted == ALL_LANES:
+        box = box_of(query_blocks, queries.levels[1] + own // WIDTH, own % WIDTH)
+    else:
+        box = box_of(query_blocks, own, lowest_lane(wanted))
+    looked_at = query_lanes[own] & wanted
     first = own if against_itself else -1
     count = 0
+    to_enter = np.int64(0)  # lanes that are left of each level above, in eight bits of its own
     level, block = top, np.int64(0)  # typed: else the next would be compiled twice
     mask = lanes_to_enter(box, looked_at != 0, first, level, block, blocks, lanes, levels)
     while True:
@@ -187,6 +192,7 @@ def pairs_of_block(own, queries, leaves, against_itself, start, end, pairs_out):
                 other = WIDTH * block + lane
                 count += _pairs_of_two_blocks(
                     own,
+                    wanted,
                     other,
                     box_of(blocks, levels[1] + block, lane),
                     query_blocks,
@@ -203,10 +209,11 @@ def pairs_of_block(own, queries, leaves, against_itself, start, end, pairs_out):
         while mask == 0 and level < top:
             level += 1
             block //= WIDTH
-            mask = to_enter[level]
+            mask = (to_enter >> (8 * (level - 1))) & ALL_LANES
         if mask == 0:
             return count
-        to_enter[level] = mask & (mask - 1)
+        shift = 8 * (level - 1)  # levels 1 to 8: over that many lie 8^9 elements
+        to_enter = (to_enter & ~(ALL_LANES << shift)) | ((mask & (mask - 1)) << shift)
         level -= 1
         block = WIDTH * block + lowest_lane(mask)
         mask = lanes_to_enter(box, looked_at != 0, first, level, block, blocks, lanes, levels)

@@ -9,6 +9,7 @@ RANDOM = "tests/test_detect.py::test_against_exact_arithmetic_on_random_pairs"
 FRAMES = "tests/test_detect.py::test_frames_of_impacts"
 QUERIES = "tests/test_detect.py::test_no_query_is_missed_and_every_false_alarm_touches"
 ARMADILLO = "tests/test_detect.py::test_armadillo_rollers_gives_exactly_the_published_pairs"
+SIMULATOR = "tests/test_simulator.py"
 BROAD = "tests/test_broad.py"
 REACH = "tests/test_detect.py::test_a_reach_holds_for_every_end_within"
 FOLLOWS = "tests/test_detect.py::test_a_detector_that_follows_a_path_finds_what_a_new_one_finds"
@@ -234,18 +235,58 @@ DETECTION = [
     ),
     Fault(
         "boxes-rounded-each-their-way",
-        "izo_ref/cpu/tree.py",
-        "            boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)\n",
-        "            boxes_out[i, axis + 6] = 0.999999 * min(max(c, -LARGEST_F4), LARGEST_F4)\n",
+        "izo_ref/serial/boxes.py",
+        "        boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)\n",
+        "        boxes_out[i, axis + 6] = 0.999999 * min(max(c, -LARGEST_F4), LARGEST_F4)\n",
         "maxima are rounded down more than minima are: the order of coordinates is lost",
         (BROAD,),
         ELSEWHERE,
     ),
     Fault(
+        "levels-share-what-is-left",
+        "izo_ref/serial/tree.py",
+        "        shift = 8 * (level - 1)  # levels",
+        "        shift = 0 * (level - 1)  # levels",
+        "what is left to enter of a level of a tree is forgotten below it",
+        (BROAD,),
+    ),
+    Fault(
+        "sums-of-a-block-alone",
+        "izo_ref/cuda/arrays.py",
+        "sums[i] + before[i // THREADS]",
+        "sums[i] + 0 * before[i // THREADS]",
+        "on the device each block of threads writes as if it were the first",
+        (SIMULATOR,),
+    ),
+    Fault(
+        "equal-keys-change-places",
+        "izo_ref/cuda/arrays.py",
+        "if keys[middle] < key or (beside < run and keys[middle] == key):",
+        "if keys[middle] < key or (beside > run and keys[middle] == key):",
+        "on the device an order is not stable",
+        (SIMULATOR,),
+    ),
+    Fault(
+        "excluded-pairs-kept-on-the-device",
+        "izo_ref/cuda/paths.py",
+        "kept_out[i] = moves and not is_among(keys[i], excluded)",
+        "kept_out[i] = moves",
+        "a GPU finds the pairs that are to be left out",
+        (SIMULATOR,),
+    ),
+    Fault(
+        "no-room-after-the-first-batch",
+        "izo_ref/gpu/detect.py",
+        "batch = pairs[begin : begin + BATCH]",
+        "batch = pairs[:BATCH]",
+        "on the device the first pairs are looked at again and again, others never",
+        (SIMULATOR,),
+    ),
+    Fault(
         "last-of-each-block-dropped",
-        "izo_ref/cpu/tree.py",
-        "        for lane in range(min(WIDTH, end - first - WIDTH * parent)):\n",
-        "        for lane in range(min(WIDTH - 1, end - first - WIDTH * parent)):\n",
+        "izo_ref/serial/boxes.py",
+        "    for lane in range(min(WIDTH, end - first - WIDTH * parent)):\n",
+        "    for lane in range(min(WIDTH - 1, end - first - WIDTH * parent)):\n",
         "what is below the last lane of each full block of a tree is never a candidate",
         (BROAD,),
         ELSEWHERE,

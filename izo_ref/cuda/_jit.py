@@ -1,0 +1,40 @@
+"""The only place with compile options of the device; of the processor: `izo_ref/_jit.py`.
+
+Kernels call the functions of `scalar/` and `serial/`, which are compiled once more for the
+device. It contracts products and sums to one rounding (FMA), for which there is no switch: the
+bounds of `scalar/` hold, because each operation is still off by one rounding at most, but bits
+may differ from those of the processor.
+"""
+
+from numba import cuda
+from numba.cuda.core import config
+
+from izo_ref._jit import CACHE_FOLDER, cached_in
+
+THREADS = 128  # of a block, where a kernel does not say
+
+
+class Kernel:
+    """A kernel; `kernel[n](...)` runs it on n threads, or a few more to fill the last block.
+
+    It is launched on the default stream, so launches run one after the other.
+    """
+
+    def __init__(self, function):
+        self.function = function
+        with cached_in(CACHE_FOLDER / "cuda", config):
+            self._dispatcher = cuda.jit(function, fastmath=False, cache=True)
+
+    def __getitem__(self, n_threads):
+        n_blocks = -(-int(n_threads) // THREADS)
+
+        def launch(*arrays):
+            if n_blocks:
+                self._dispatcher[n_blocks, min(int(n_threads), THREADS)](*arrays)
+
+        return launch
+
+
+def cuda_kernel(function):
+    """Compile a kernel; it begins with its bounds guard."""
+    return Kernel(function)

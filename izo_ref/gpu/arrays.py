@@ -1,0 +1,111 @@
+"""Arrays that live on the device: sums, choices, orders."""
+
+import numpy as np
+from numba import cuda
+
+from izo_ref.cuda import arrays as kernels
+from izo_ref.cuda._jit import THREADS
+
+
+def empty(shape, dtype):
+    """An array on the device, not written to; rooms for nothing hold one row."""
+    shape = shape if isinstance(shape, tuple) else (shape,)
+    array = cuda.device_array((max(shape[0], 1), *shape[1:]), dtype)
+    return array[: shape[0]]
+
+
+def on_device(array):
+    """A copy on the device."""
+    result = empty(array.shape, array.dtype)
+    if array.size:
+        result.copy_to_device(np.ascontiguousarray(array))
+    return result
+
+
+def on_host(array):
+    """A copy of the processor."""
+    if array.size == 0:
+        return np.empty(array.shape, array.dtype)
+    return array.copy_to_host()
+
+
+def filled(n, value, dtype):
+    """(n,) of one value."""
+    result = empty(n, dtype)
+    kernels.fill[n](np.dtype(dtype).type(value), result)
+    return result
+
+
+def counted(n, first=0):
+    """(n,) i8, first, first + 1, ..."""
+    result = empty(n, np.int64)
+    kernels.count_up[n](first, result)
+    return result
+
+
+def starts_of(values):
+    """(n + 1,) i8, the sum of the values before each, and of all; n is not 0."""
+    n = values.shape[0]
+    n_blocks = -(-n // THREADS)
+    sums, totals, starts = empty(n, np.int64), empty(n_blocks, np.int64), empty(n + 1, np.int64)
+    kernels.scan_blocks[n](values, sums, totals)
+    before = starts_of(totals) if n_blocks > 1 else filled(1, 0, np.int64)
+    kernels.starts_from_sums[n](sums, before, starts)
+    return starts
+
+
+def total_of(starts):
+    """The last of them, on the processor."""
+    return int(on_host(starts[starts.shape[0] - 1 :])[0])
+
+
+def indices_of(flags):
+    """(n_true,) i8, where flags are true, ascending."""
+    if flags.shape[0] == 0:
+        return empty(0, np.int64)
+    starts = starts_of(flags)
+    index = empty(total_of(starts), np.int64)
+    kernels.chosen[flags.shape[0]](starts, index)
+    return index
+
+
+def order_of(keys):
+    """(n,) i8, the stable order that sorts keys, (n,) i8, ascending.
+
+    Runs are merged, of one, of two, of four: log2(n) passes in which each key looks for its
+    place among those of the run beside it.
+    """
+    n, width = keys.shape[0], 1
+    places = counted(n)
+    while width < n:
+        merged, merged_places = empty(n, np.int64), empty(n, np.int64)
+        kernels.merge_runs[n](width, keys, places, merged, merged_places)
+        keys, places, width = merged, merged_places, 2 * width
+    return places
+
+
+def take(values, index):
+    """values[index] along the first axis."""
+    rows = empty((index.shape[0], *values.shape[1:]), values.dtype)
+    if rows.ndim == 1:
+        kernels.take_rows[index.shape[0]](as_column(values), index, as_column(rows))
+    else:
+        kernels.take_rows[index.shape[0]](values, index, rows)
+    return rows
+
+
+def as_column(array):
+    """(n, 1) of (n,), the same memory."""
+    return array.reshape(array.shape[0], 1)
+
+
+def joined(parts):
+    """One after the other."""
+    n = sum(part.shape[0] for part in parts)
+    result = empty((n, *parts[0].shape[1:]), parts[0].dtype)
+    at = 0
+    for part in parts:
+        if part.shape[0]:
+            result[at : at + part.shape[0]].copy_to_device(part)
+        at += part.shape[0]
+    return result

@@ -1,0 +1,50 @@
+"""Sums, choices and orders on the device, against numpy."""
+
+import numpy as np
+import pytest
+
+from izo_ref.cuda import _jit
+from izo_ref.cuda import arrays as kernels
+from izo_ref.gpu import arrays
+
+THREADS = 4
+SIZES = [1, 3, THREADS, 3 * THREADS + 3]
+
+
+@pytest.fixture(autouse=True)
+def small_blocks(monkeypatch):
+    """The simulator has a thread of the system for each of a block."""
+    for module in (_jit, kernels, arrays):
+        monkeypatch.setattr(module, "THREADS", THREADS)
+
+
+@pytest.mark.parametrize("n", [*SIZES, THREADS**3 + 1])
+def test_sums_before_each(rng, n):
+    values = rng.integers(0, 9, n)
+    starts = arrays.on_host(arrays.starts_of(arrays.on_device(values)))
+    assert np.array_equal(starts, np.concatenate(([0], np.cumsum(values))))
+
+
+@pytest.mark.parametrize("n", [0, *SIZES])
+def test_where_flags_are_true(rng, n):
+    flags = rng.random(n) < 0.3
+    index = arrays.on_host(arrays.indices_of(arrays.on_device(flags)))
+    assert np.array_equal(index, np.flatnonzero(flags))
+
+
+@pytest.mark.parametrize("n", [0, *SIZES])
+def test_orders_are_stable(rng, n):
+    keys = rng.integers(-3, 4, n) << 40
+    order = arrays.on_host(arrays.order_of(arrays.on_device(keys)))
+    assert np.array_equal(order, np.argsort(keys, kind="stable"))
+
+
+def test_rows_are_taken_and_joined(rng):
+    rows, index = rng.normal(size=(7, 3)), np.array([6, 0, 0])
+    taken = arrays.take(arrays.on_device(rows), arrays.on_device(index))
+    assert np.array_equal(arrays.on_host(taken), rows[index])
+    nothing = arrays.empty((0, 3), float)
+    both = arrays.joined([taken, nothing, arrays.on_device(rows)])
+    assert np.array_equal(arrays.on_host(both), np.concatenate((rows[index], rows)))
+    numbers = arrays.take(arrays.counted(7, 3), arrays.on_device(index))
+    assert arrays.on_host(numbers).tolist() == [9, 3, 3]

@@ -1,0 +1,42 @@
+"""Every kernel of the device is compiled for one, and fits into its registers."""
+
+from importlib.util import find_spec
+
+import pytest
+
+if find_spec("numba_cuda") is None:
+    pytest.skip("needs numba-cuda: izo-ref[cuda]", allow_module_level=True)
+
+from validation import ptx
+
+if ptx.ptxas() is None:
+    pytest.skip("needs ptxas: nvidia-cuda-nvcc", allow_module_level=True)
+
+CASES = [
+    pytest.param(kernel, signature, id=f"{name} {types}".strip())
+    for name, kernel in ptx.kernels()
+    for types, signature in ptx.signatures(kernel).items()
+]
+
+
+@pytest.mark.parametrize("capability", ptx.CAPABILITIES, ids=lambda c: f"{c[0]}.{c[1]}")
+@pytest.mark.parametrize(("kernel", "signature"), CASES)
+def test_kernels_need_no_memory_of_a_thread(kernel, signature, capability):
+    built = ptx.build(kernel, signature, capability)
+    assert built.registers > 0
+    assert built.stack_bytes == 0
+    assert built.spilled_bytes == 0
+
+
+def test_a_contract_that_forgets_a_parameter_is_refused():
+    def kernel(
+        # In:
+        values,  # (n,) f8
+        other,
+    ):
+        pass
+
+    from izo_ref.cuda._jit import Kernel
+
+    with pytest.raises(ValueError, match="other"):
+        ptx.signatures(Kernel(kernel))
