@@ -115,14 +115,14 @@ def _penalties(system, options, rows, preset):
     return *METHODS[options.method].penalties(options, coupling), ones
 
 
-def _launch(system, settings, scaled, layout, penalties, traces, dtype):
-    """Run the kernel; (x (n_free, 3), multipliers, steps) in the variables of `scaled`."""
+def _launch(kernel, system, settings, scaled, layout, penalties, traces, dtype):
+    """Run it; (x (n_free, 3), multipliers, steps) in the variables of `scaled`."""
     n, m = layout.row_offsets[-1], len(layout.nodes)
     curvatures = np.ones(n, dtype)
     curvatures[layout.place] = scaled.curvatures[:, None]
     x, multipliers = np.zeros(n, dtype), np.zeros(m, dtype)
     steps = np.zeros(len(traces), np.int32)
-    kernels.solve_lagrangian(
+    kernel(
         system.impact_offsets,
         layout.row_offsets,
         layout.memory_offsets,
@@ -148,11 +148,16 @@ def _launch(system, settings, scaled, layout, penalties, traces, dtype):
 
 
 def descend(
-    system: ZoneSystem, options: Options, rows: ScaledRows, trace: bool = False
+    system: ZoneSystem,
+    options: Options,
+    rows: ScaledRows,
+    trace: bool = False,
+    kernel=kernels.solve_lagrangian,
 ) -> SystemSolution:
     """The page's methods, in scaled variables or in those of the system a preset is from.
 
-    With `trace` the solution has that of the first zone.
+    With `trace` the solution has that of the first zone. `kernel` is that of the processor,
+    or what runs that of a GPU.
     """
     n_zones = len(system.impact_offsets) - 1
     preset = PRESETS.get(options.preset)
@@ -160,6 +165,7 @@ def descend(
     scaled = _preset_scaling(system, rows, preset) if preset else _own_scaling(system, rows)
     traces = np.zeros((n_zones, settings.max_steps if trace else 0, 2))
     x, multipliers, steps = _launch(
+        kernel,
         system,
         settings,
         scaled,

@@ -97,7 +97,8 @@ def resolve(
     options = options or Options()
     if checks.device(device) == "cuda":
         raise DeviceUnavailable(
-            "device 'cuda': a GPU finds impacts (find_impacts) but does not resolve yet; use 'cpu'"
+            "device 'cuda': a GPU finds impacts (find_impacts) and solves zones (solve_zone), but "
+            "does not resolve a step yet; use 'cpu'"
         )
     thickness = _thickness(scene, thickness, options)
     times = {"start": time.perf_counter()}

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from izo_ref import checks
 from izo_ref.cpu import zones as kernels
 from izo_ref.descent import descend
+from izo_ref.errors import DeviceUnavailable
 from izo_ref.interior_point import FARTHEST
 from izo_ref.large_zone import LargeZone, solve_large_zone
 from izo_ref.options import LAGRANGIAN, SWEEPS, Options
@@ -22,7 +24,7 @@ SERIAL_WORK = 20_000
 
 
 def solve_system(
-    system: ZoneSystem, options: Options, trace: bool = False, start=None
+    system: ZoneSystem, options: Options, trace: bool = False, start=None, device: str = "cpu"
 ) -> SystemSolution:
     """Solve every zone of a system; small ones one a thread, large ones one by one.
 
@@ -31,8 +33,14 @@ def solve_system(
         options: `Options`.
         trace: whether the solution says objective and violation after each step.
         start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 where there is none.
+        device: `cpu` or `cuda`.
+
+    Raises:
+        OptionError, DeviceUnavailable.
     """
     rows = scaled_rows(system)
+    if checks.device(device) == "cuda":
+        return descend(system, options, rows, trace, _kernel_of_device(options))
     if options.method in LAGRANGIAN or options.preset is not None:
         return descend(system, options, rows, trace)
     if options.method in SWEEPS:
@@ -142,6 +150,20 @@ def _keep_centre(z, sqrt_masses):
         z -= moment * (sqrt_masses / (sqrt_masses**2).sum())[:, None]
 
 
+def _kernel_of_device(options):
+    if options.method not in LAGRANGIAN and options.preset is None:
+        raise DeviceUnavailable(
+            f"device 'cuda': method {options.method!r} is of the processor; a GPU has "
+            f"{', '.join(LAGRANGIAN)} and the presets"
+        )
+    from izo_ref.gpu.device import require_device
+
+    require_device()
+    from izo_ref.gpu.lagrangian import solve_lagrangian
+
+    return solve_lagrangian
+
+
 def solve_zone(
     problem: ZoneProblem,
     method: str = "auto",
@@ -154,6 +176,7 @@ def solve_zone(
     max_steps: int = 100_000,
     precision: str = "float64",
     trace: bool = False,
+    device: str = "cpu",
 ) -> ZoneSolution:
     """Solve one zone problem.
 
@@ -170,12 +193,13 @@ def solve_zone(
         precision: `float64`, `float32`.
         trace: whether the solution says objective and violation after each step; the
             augmented-Lagrangian methods and sweeps can.
+        device: `cpu`, or `cuda` for an augmented-Lagrangian method or a preset.
 
     Returns:
         `ZoneSolution`; its residuals are computed outside the solver.
 
     Raises:
-        OptionError.
+        OptionError, DeviceUnavailable.
 
     Source: SPEC sections 3 to 5.
     """
@@ -198,7 +222,7 @@ def solve_zone(
         still = np.zeros_like(problem.targets)
         return ZoneSolution(problem.targets.copy(), still, nothing, judged, method, 0, feasible)
     system, places = problem_system([problem])
-    solution = solve_system(system, options, trace)
+    solution = solve_system(system, options, trace, device=device)
     positions = solution.positions[places]
     return ZoneSolution(
         positions,

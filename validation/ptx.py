@@ -17,17 +17,20 @@ from unittest.mock import patch
 
 import izo_ref.cuda
 from izo_ref.cuda._jit import Kernel
+from izo_ref.serial.descent import Settings
 from izo_ref.serial.tree import Tree
 
 CAPABILITIES = ((8, 0), (9, 0), (10, 0))
 DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": "int8"} | {
     "u1": "uint8",
+    "u4": "uint32",
     "b1": "boolean",
 }
-RECORDS = {"Tree": Tree}
+RECORDS = {"Tree": Tree, "Settings": Settings}
 # A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
 PARAMETER = re.compile(r"^    (\w+),  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
-FIELD = re.compile(r"^    (\w+): .*?  # \((.*?)\) (\w+)", re.M)
+FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+))?", re.M)
+SCALARS = {"int": "i8", "float": "f8", "bool": "b1"}
 
 
 class Built(NamedTuple):
@@ -72,7 +75,8 @@ def _type(shape, kind):
     from numba import types
 
     fields = FIELD.findall(inspect.getsource(RECORDS[kind]))
-    return types.NamedTuple([_array(shape, dtype) for _, shape, dtype in fields], RECORDS[kind])
+    members = [_array(shape, dtype or SCALARS[own]) for own, shape, dtype in fields]
+    return types.NamedTuple(members, RECORDS[kind])
 
 
 def _array(shape, kind):

@@ -14,24 +14,24 @@ def solve_lagrangian(
     row_offsets,  # (n_zones + 1,) i8, of a zone's unknowns; 3 for pinned vertices at the end
     memory_offsets,  # (n_zones + 1,) i8
     nodes,  # (n_impacts, 4) u4, 3 times the zone's own vertex
-    coefficients,  # (n_impacts, 4), of the solver's type as all arrays here; 0 for pinned
-    normals,  # (n_impacts, 3)
-    starts,  # (n_impacts,), constraints at x = 0
-    metres,  # (n_impacts,) [m], violation of a constraint of 1
-    curvatures,  # (n_unknowns,), w
+    coefficients,  # (n_impacts, 4) f8 or f4, 0 for pinned
+    normals,  # (n_impacts, 3) f8 or f4
+    starts,  # (n_impacts,) f8 or f4, constraints at x = 0
+    metres,  # (n_impacts,) f8 or f4  [m], violation of a constraint of 1
+    curvatures,  # (n_unknowns,) f8 or f4, w
     mus,  # (n_zones,) f8, penalty weights at first
     mu_caps,  # (n_zones,) f8, and at most
     first_steps,  # (n_zones,) f8
-    units,  # (n_zones,) f8 [kg m^2], of an objective of 1
+    units,  # (n_zones,) f8  [kg m^2], of an objective of 1
     settings,  # Settings
     # Out:
-    x_out,  # (n_unknowns,), displacements
-    multipliers_out,  # (n_impacts,)
+    x_out,  # (n_unknowns,) f8 or f4, displacements
+    multipliers_out,  # (n_impacts,) f8 or f4
     steps_out,  # (n_zones,) i4
     trace_out,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
-    vectors_out,  # (4, n_unknowns), work space
-    rows_out,  # (3, n_impacts), work space
-    memory_out,  # flat, work space
+    vectors_out,  # (4, n_unknowns) f8 or f4, work space
+    rows_out,  # (3, n_impacts) f8 or f4, work space
+    memory_out,  # (n_memory,) f8 or f4, work space
     states_out,  # (n_zones, 9) f8, zeros, work space
 ):
     for zone in prange(impact_offsets.shape[0] - 1):

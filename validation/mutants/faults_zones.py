@@ -10,6 +10,30 @@ RENUMBERED = "tests/test_resolve.py::test_renumbering_changes_nothing_beyond_rou
 
 ZONE = [
     Fault(
+        "pinned-vertices-have-zones-on-the-device",
+        "izo_ref/cuda/zones.py",
+        "            if not pinned[nodes[j, k]]:\n                components_out[j] = ",
+        "            if True:\n                components_out[j] = ",
+        "on a GPU an impact is in the zone of a pinned vertex",
+        ("tests/test_simulator.py",),
+    ),
+    Fault(
+        "pinned-vertices-are-taken-once-on-the-device",
+        "izo_ref/cuda/selection.py",
+        "UNDECIDED and seen[nodes[j, k]] and not pinned[nodes[j, k]]:",
+        "UNDECIDED and seen[nodes[j, k]]:",
+        "on a GPU an impact waits for another at the same pinned vertex",
+        ("tests/test_simulator.py",),
+    ),
+    Fault(
+        "one-own-vertex-is-enough-on-the-device",
+        "izo_ref/cuda/selection.py",
+        "if (n_own == n_free) if all_new else (n_own > 0):",
+        "if n_own > 0:",
+        "on a GPU impacts taken together share a vertex",
+        ("tests/test_simulator.py",),
+    ),
+    Fault(
         "zones-merged-in-one-pass",
         "izo_ref/serial/components.py",
         "    a = find_root(parent, i)\n    b = find_root(parent, j)\n",

@@ -1,0 +1,67 @@
+"""Augmented-Lagrangian solvers that take one zone a thread."""
+
+from numba import cuda
+
+from izo_ref.cuda._jit import cuda_kernel
+from izo_ref.serial.descent import minimise
+from izo_ref.serial.lagrangian import Zone
+
+
+@cuda_kernel
+def solve_lagrangian(
+    # In:
+    impact_offsets,  # (n_zones + 1,) i8
+    row_offsets,  # (n_zones + 1,) i8, of a zone's unknowns; 3 for pinned vertices at the end
+    memory_offsets,  # (n_zones + 1,) i8
+    nodes,  # (n_impacts, 4) u4, 3 times the zone's own vertex
+    coefficients,  # (n_impacts, 4) f8 or f4, 0 for pinned
+    normals,  # (n_impacts, 3) f8 or f4
+    starts,  # (n_impacts,) f8 or f4, constraints at x = 0
+    metres,  # (n_impacts,) f8 or f4  [m], violation of a constraint of 1
+    curvatures,  # (n_unknowns,) f8 or f4, w
+    mus,  # (n_zones,) f8, penalty weights at first
+    mu_caps,  # (n_zones,) f8, and at most
+    first_steps,  # (n_zones,) f8
+    units,  # (n_zones,) f8  [kg m^2], of an objective of 1
+    settings,  # Settings
+    # Out:
+    x_out,  # (n_unknowns,) f8 or f4, displacements
+    multipliers_out,  # (n_impacts,) f8 or f4
+    steps_out,  # (n_zones,) i4
+    trace_out,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
+    vectors_out,  # (4, n_unknowns) f8 or f4, work space
+    rows_out,  # (3, n_impacts) f8 or f4, work space
+    memory_out,  # (n_memory,) f8 or f4, work space
+    states_out,  # (n_zones, 9) f8, zeros, work space
+):
+    zone = cuda.grid(1)
+    if zone < impact_offsets.shape[0] - 1:
+        a, b = impact_offsets[zone], impact_offsets[zone + 1]
+        i, k = row_offsets[zone], row_offsets[zone + 1]
+        steps_out[zone] = minimise(
+            Zone(
+                nodes[a:b],
+                coefficients[a:b],
+                normals[a:b],
+                starts[a:b],
+                metres[a:b],
+                curvatures[i:k],
+                x_out[i:k],
+                multipliers_out[a:b],
+                vectors_out[0, i:k],
+                vectors_out[1, i:k],
+                vectors_out[2, i:k],
+                vectors_out[3, i:k],
+                rows_out[0, a:b],
+                rows_out[1, a:b],
+                rows_out[2, a:b],
+                memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
+                states_out[zone],
+            ),
+            settings,
+            mus[zone],
+            mu_caps[zone],
+            first_steps[zone],
+            units[zone],
+            trace_out[zone],
+        )

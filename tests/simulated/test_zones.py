@@ -1,0 +1,60 @@
+"""Selection and zones on the device, against those of the processor."""
+
+import numpy as np
+import pytest
+
+from izo_ref import selection, zones
+from izo_ref.gpu.arrays import on_device, on_host
+from izo_ref.gpu.selection import select_impacts
+from izo_ref.gpu.zones import build_zones
+from izo_ref.types import Impacts
+
+
+class Scene:
+    def __init__(self, pinned):
+        self.pinned = pinned
+
+
+def random_impacts(rng, n, n_vertices):
+    """Impacts of random vertices, some at the same time."""
+    nodes = np.array([rng.choice(n_vertices, 4, replace=False) for _ in range(n)])
+    toi = rng.integers(0, 8, n) / 8.0
+    kinds = rng.random(n) < 0.5
+    return Impacts(
+        nodes.reshape(-1, 4).astype(np.int32), kinds, toi, np.zeros((n, 4)), np.zeros((n, 3))
+    )
+
+
+def of_device(impacts):
+    return Impacts(*(on_device(column) for column in impacts))
+
+
+@pytest.mark.parametrize("name", ["independent", "first-of-any", "all"])
+@pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
+def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
+    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
+    chosen = on_host(select_impacts(of_device(impacts), on_device(pinned), name))
+    expected = np.flatnonzero(selection.select_impacts(impacts, pinned, name))
+    assert np.array_equal(chosen, expected)
+
+
+@pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])
+def test_zones_are_those_of_the_processor(rng, n, n_vertices):
+    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.3
+    impacts.nodes[0] = np.flatnonzero(~pinned)[:4]
+    found = build_zones(of_device(impacts), on_device(pinned))
+    expected = zones.build_zones(Scene(pinned), impacts)
+    for own, other in zip(found, expected, strict=True):
+        assert np.array_equal(on_host(own), other)
+
+
+def test_a_chain_is_one_zone(rng):
+    n = 40
+    ends = rng.permutation(n + 1)
+    nodes = np.column_stack((ends[:-1], ends[1:], np.full((n, 2), n + 1)))
+    order = rng.permutation(n)
+    pinned = np.arange(n + 2) == n + 1
+    impacts = random_impacts(rng, n, n + 2)._replace(nodes=nodes[order].astype(np.int32))
+    found = build_zones(of_device(impacts), on_device(pinned))
+    assert on_host(found.impact_offsets).tolist() == [0, n]
+    assert on_host(found.vertices).tolist() == list(range(n + 1))
