@@ -1,4 +1,4 @@
-"""Index arrays of blocks that lie side by side."""
+"""Index arrays of blocks that lie side by side, and numbers without repetition."""
 
 import numpy as np
 
@@ -7,3 +7,15 @@ def ranges(starts, counts):
     """starts[0], starts[0] + 1, ... (counts[0] of them), then the same of starts[1], ..."""
     before = np.cumsum(counts) - counts
     return np.arange(counts.sum()) + np.repeat(starts - before, counts)
+
+
+def distinct(numbers):
+    """The numbers that there are, ascending.
+
+    As `np.unique`, which from numpy 2.3 on looks integers up in a table: for the edges of a
+    million triangles that takes fifty times as long as sorting them.
+    """
+    ascending = np.sort(numbers)
+    first = np.ones(len(ascending), bool)
+    np.not_equal(ascending[1:], ascending[:-1], out=first[1:])
+    return ascending[first]

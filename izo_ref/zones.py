@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.problem import ZoneProblem
-from izo_ref.ranges import ranges
+from izo_ref.ranges import distinct, ranges
 from izo_ref.serial.components import impact_components
 from izo_ref.types import Impacts
 
@@ -58,7 +58,7 @@ def build_zones(scene, impacts: Impacts) -> Zones:
     nodes = impacts.nodes[order]
     # zone and vertex in one number: rows take long to sort
     keys = np.repeat(zone_of, 4) << 32 | nodes.ravel()
-    keys = np.unique(keys[~scene.pinned[nodes.ravel()]])
+    keys = distinct(keys[~scene.pinned[nodes.ravel()]])
     vertex_offsets = np.searchsorted(keys >> 32, np.arange(len(counts) + 1))
     return Zones(order, offsets, keys & 0xFFFFFFFF, vertex_offsets)
 
