@@ -130,31 +130,31 @@ def _report(args):
 
 def _speed(args):
     from validation.report.speed import speed_report
-    from validation.rows import begin_run
     from validation.study import speed, steps
 
     if not steps.available():
         print("validation: no step files (IZO_DATA)", file=sys.stderr)
         return BAD_INPUT
-    folder = args.output / "speed"
-    if not args.pages_only:
-        begin_run(folder / "rows", "python -m validation study speed", False)
-        speed.run(folder / "rows", args.only, lambda line: print(line, flush=True))
-    speed_report(folder, "python -m validation study speed")
-    print(folder / "README.md")
-    return PASSED
+    return _study(args, "speed", speed.PARTS, speed_report)
 
 
 def _cuda(args):
     from validation.report.cuda import cuda_report
-    from validation.rows import begin_run
     from validation.study import cuda
 
-    folder = args.output / "cuda"
+    return _study(args, "cuda", cuda.PARTS, cuda_report)
+
+
+def _study(args, name, parts, report):
+    """Rows of the parts, then the page."""
+    from validation.rows import begin_run
+    from validation.study.parts import run_parts
+
+    folder, command = args.output / name, f"python -m validation study {name}"
     if not args.pages_only:
-        begin_run(folder / "rows", "python -m validation study cuda", False)
-        cuda.run(folder / "rows", args.only, lambda line: print(line, flush=True))
-    cuda_report(folder, "python -m validation study cuda")
+        begin_run(folder / "rows", command, False)
+        run_parts(parts, folder / "rows", args.only, lambda line: print(line, flush=True))
+    report(folder, command)
     print(folder / "README.md")
     return PASSED
 

@@ -6,6 +6,7 @@ from tests.shapes import vertex_over_face
 from validation.report.cuda import cuda_report
 from validation.rows import read
 from validation.study import cuda
+from validation.study.parts import run_parts
 
 
 @pytest.fixture
@@ -16,7 +17,7 @@ def one_step(monkeypatch):
 
 
 def test_detection_is_compared_with_the_processor(tmp_path, one_step):
-    cuda.run(tmp_path / "rows", "detection", print)
+    run_parts(cuda.PARTS, tmp_path / "rows", "detection", print)
     (row,) = read(tmp_path / "rows", "detection")
     assert (row["step"], row["triangles"], row["impacts"]) == ("falls", 2, 1)
     assert (row["only_gpu"], row["only_cpu"]) == (0, 0)

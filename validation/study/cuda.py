@@ -3,8 +3,6 @@
 Needs numba, numba-cuda, numpy and scipy; ptxas, or a GPU, for what they are there for.
 """
 
-import time
-
 import numpy as np
 
 from izo_ref import find_impacts
@@ -13,21 +11,10 @@ from izo_ref.gpu.device import require_device
 from validation import ptx
 from validation.rows import Rows
 from validation.study import steps
+from validation.study.timing import measure
 
 REPEATS = 5  # of which the median is taken, after one that does not count
-
-
-def run(folder, only, say):
-    """Add the rows that are missing.
-
-    Args:
-        folder: of the CSV files, one a part.
-        only: one of PARTS, or None for all.
-        say: called with a line of progress.
-    """
-    for name, part in PARTS.items():
-        if only in (None, name):
-            part(folder, say)
+CPU_BUDGET_S = 20.0  # for those of the processor
 
 
 def _kernels(folder, say):
@@ -73,7 +60,7 @@ def _detection(folder, say):
             impacts=len(expected.toi),
             **_differences(found, expected),
             gpu_ms=_event_ms(lambda d=detector, e=end: d.find(e)),
-            cpu_ms=1e3 * _median_s(lambda s=scene: find_impacts(s)),
+            cpu_ms=1e3 * measure(lambda s=scene: find_impacts(s), REPEATS, CPU_BUDGET_S).seconds,
         )
         say(f"detection: {step}: {rows.all()[-1]['gpu_ms']:.2f} ms")
 
@@ -107,16 +94,6 @@ def _event_ms(call):
         end.record()
         end.synchronize()
         times.append(begin.elapsed_time(end))
-    return float(np.median(times))
-
-
-def _median_s(call):
-    call()
-    times = []
-    for _ in range(REPEATS):
-        begin = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - begin)
     return float(np.median(times))
 
 

@@ -31,19 +31,6 @@ SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 STAGES = ("plan", "main", "relinearize", "scale_back", "certify", "judge")
 
 
-def run(folder, only, say):
-    """Add the rows that are missing.
-
-    Args:
-        folder: of the CSV files, one a part.
-        only: one of PARTS, or None for all.
-        say: called with a line of progress.
-    """
-    for name, part in PARTS.items():
-        if only in (None, name):
-            part(folder, say)
-
-
 def _detection(folder, say):
     """All impacts of a step, and what ipctk takes for its candidates, and for its step size."""
     rows = Rows(folder, "detection", ("step", "what", "threads"))
