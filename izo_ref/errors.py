@@ -49,5 +49,9 @@ class DeviceUnavailable(IzoError):
     """The device asked for cannot be used."""
 
 
+class DeviceMemoryError(IzoError):
+    """A GPU has less memory free than is needed."""
+
+
 class FileFormatError(IzoError):
     """A file does not hold what its kind has to hold."""

@@ -1,17 +1,35 @@
 """Arrays that live on the device: sums, choices, orders."""
 
+import math
+
 import numpy as np
 from numba import cuda
+from numba.cuda.cudadrv.driver import CudaAPIError
 
 from izo_ref.cuda import arrays as kernels
 from izo_ref.cuda._jit import THREADS
+from izo_ref.errors import DeviceMemoryError
 
 
 def empty(shape, dtype):
-    """An array on the device, not written to; rooms for nothing hold one row."""
+    """An array on the device, not written to; rooms for nothing hold one row.
+
+    Raises:
+        DeviceMemoryError: with what is needed, and what is free.
+    """
     shape = shape if isinstance(shape, tuple) else (shape,)
-    array = cuda.device_array((max(shape[0], 1), *shape[1:]), dtype)
-    return array[: shape[0]]
+    room = (max(shape[0], 1), *shape[1:])
+    try:
+        return cuda.device_array(room, dtype)[: shape[0]]
+    except CudaAPIError as error:
+        if "OUT_OF_MEMORY" not in str(error):
+            raise
+        need = math.prod(room) * np.dtype(dtype).itemsize
+        free, total = cuda.current_context().get_memory_info()
+        raise DeviceMemoryError(
+            f"device 'cuda': {need / 2**20:.0f} MiB more are needed, {free / 2**20:.0f} of "
+            f"{total / 2**20:.0f} MiB are free; use a larger GPU, or device 'cpu'"
+        ) from error
 
 
 def on_device(array):

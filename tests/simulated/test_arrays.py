@@ -5,6 +5,7 @@ import pytest
 
 from izo_ref.cuda import _jit
 from izo_ref.cuda import arrays as kernels
+from izo_ref.errors import DeviceMemoryError
 from izo_ref.gpu import arrays
 
 THREADS = 4
@@ -48,3 +49,22 @@ def test_rows_are_taken_and_joined(rng):
     assert np.array_equal(arrays.on_host(both), np.concatenate((rows[index], rows)))
     numbers = arrays.take(arrays.counted(7, 3), arrays.on_device(index))
     assert arrays.on_host(numbers).tolist() == [9, 3, 3]
+
+
+def refusing(message):
+    def device_array(shape, dtype):
+        raise arrays.CudaAPIError(2, message)
+
+    return device_array
+
+
+def test_memory_that_is_not_there_is_said(monkeypatch):
+    monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_OUT_OF_MEMORY"))
+    with pytest.raises(DeviceMemoryError, match="24 MiB more are needed"):
+        arrays.empty((1 << 20, 3), np.float64)
+
+
+def test_other_errors_of_the_device_stay_what_they_are(monkeypatch):
+    monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_ILLEGAL_ADDRESS"))
+    with pytest.raises(arrays.CudaAPIError, match="ILLEGAL"):
+        arrays.empty(3, np.float64)
