@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.cpu import advance as kernels
-from izo_ref.detect import Detector
 from izo_ref.selection import select_impacts
 from izo_ref.solve import solve_system
 from izo_ref.types import Impacts, join_impacts, no_impacts
@@ -47,6 +46,13 @@ def objective(scene, positions) -> float:
 class Loop:
     """Where the outer loop stands.
 
+    Args:
+        scene: `Scene`.
+        thickness: [m].
+        options: `Options`.
+        detector: `Detector` of the scene, of the processor or of a GPU.
+        on_iteration: called with each `Iteration` as it ends.
+
     Attributes:
         positions: (n, 3) f8 [m], x.
         impacts: `Impacts`, all that entered the zones.
@@ -59,15 +65,13 @@ class Loop:
         history: list of `Iteration`.
     """
 
-    def __init__(self, scene, thickness, options, on_iteration=None):
+    def __init__(self, scene, thickness, options, detector, on_iteration=None):
         self.scene = scene
         self.thickness = thickness
         self.options = options
         self.history = []
         self._on_iteration = on_iteration
-        self._detector = Detector(
-            scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.rules
-        )
+        self._detector = detector
         self.longest = (scene.positions_t1, -1.0)
         self.restart(no_impacts(), np.empty(0))
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from izo_ref import checks
 from izo_ref.certify import PathCertificate, certify_path
-from izo_ref.detect import median_length
-from izo_ref.errors import DeviceUnavailable
+from izo_ref.detect import Detector, median_length
 from izo_ref.fallback import ScaledBack, scale_back
 from izo_ref.loop import Iteration, Loop, objective
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
@@ -82,7 +81,8 @@ def resolve(
         scene: `Scene`.
         thickness: [m], distance that impacts keep at the end, positive. None takes
             `options.thickness_fraction` of the median edge length at the start.
-        device: `cpu`, or `auto`, which is the same for now.
+        device: `cpu`; `cuda`, where a GPU finds the impacts of each iteration and the rest is
+            done by the processor; `auto`, which is `cpu` for now.
         options: `Options`.
         on_iteration: called with each `Iteration` as it ends.
 
@@ -95,18 +95,16 @@ def resolve(
     Source: SPEC sections 6 and 7.
     """
     options = options or Options()
-    if checks.device(device) == "cuda":
-        raise DeviceUnavailable(
-            "device 'cuda': a GPU finds impacts (find_impacts) and solves zones (solve_zone), but "
-            "does not resolve a step yet; use 'cpu'"
-        )
+    make_detector = _detectors_of(device)
     thickness = _thickness(scene, thickness, options)
     times = {"start": time.perf_counter()}
 
     needed = plan(scene, options)
     times["plan"] = time.perf_counter()
     order = geometric_order(scene)
-    loop = Loop(renumbered(scene, order), thickness, options, on_iteration)
+    sorted_scene = renumbered(scene, order)
+    detector = make_detector(sorted_scene, options)
+    loop = Loop(sorted_scene, thickness, options, detector, on_iteration)
     free = loop.run(0)
     times["main"] = time.perf_counter()
     if free and loop.active.any():
@@ -197,6 +195,20 @@ def _thickness(scene, thickness, options):
         return 1.0  # no edges, no faces: nothing can meet, any will do
     length = median_length(scene.positions_t0, scene.edges)
     return checks.thickness(options.thickness_fraction * length)
+
+
+def _detectors_of(device):
+    """What makes a detector from a scene and options."""
+    if checks.device(device) == "cuda":
+        from izo_ref.gpu.device import require_device
+
+        require_device()
+        from izo_ref.gpu.detect import HostDetector
+
+        return lambda scene, options: HostDetector(scene)
+    return lambda scene, options: Detector(
+        scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.rules
+    )
 
 
 def _durations(times):

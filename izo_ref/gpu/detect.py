@@ -5,6 +5,7 @@ that there is no limit; of these the contacts, and of those the impacts, sorted.
 """
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -69,10 +70,14 @@ class Detector:
 
     Args:
         scene: `Scene`.
+
+    Attributes:
+        pairs: those that the last detection looked at, by kind.
     """
 
     def __init__(self, scene):
         start = scene.positions_t0
+        self.pairs = {"vertex_face": 0, "edge_edge": 0}
         self._n = len(start)
         self._has_faces = len(scene.faces) > 0
         if not self._has_faces:
@@ -122,6 +127,7 @@ class Detector:
 
     def _impacts(self, first, second, excluded, positions_t1, moved):
         pairs = _meeting_pairs(first, second)
+        self.pairs["edge_edge" if first is second else "vertex_face"] = pairs.shape[0]
         pairs, toi, directions = self._contacts(pairs, first.tree, second.tree, positions_t1)
         n = pairs.shape[0]
         keys, nodes = empty(n, np.int64), empty((n, 4), np.int32)
@@ -171,10 +177,33 @@ class Detector:
         return tuple(joined(parts) for parts in zip(*found, strict=True))
 
 
+class Tally(NamedTuple):
+    """What a detection looked at."""
+
+    moved: int  # vertices that ended elsewhere than in the detection before
+    pairs: dict  # by kind
+
+
+class HostDetector:
+    """The same for a loop on the processor, called as `izo_ref.detect.Detector` is."""
+
+    def __init__(self, scene):
+        self._detector = Detector(scene)
+        self._seen = None
+
+    def find(self, positions_t1) -> Impacts:
+        moved = len(positions_t1)
+        if self._seen is not None:
+            moved = np.count_nonzero((positions_t1 != self._seen).any(axis=1))
+        self._seen = positions_t1.copy()
+        found = self._detector.find(on_device(positions_t1))
+        self.tally = Tally(int(moved), dict(self._detector.pairs))
+        return Impacts(*(on_host(column) for column in found))
+
+
 def impacts_of_scene(scene) -> Impacts:
     """What `izo_ref.find_impacts` finds, on the processor."""
-    found = Detector(scene).find(on_device(scene.positions_t1))
-    return Impacts(*(on_host(column) for column in found))
+    return HostDetector(scene).find(scene.positions_t1)
 
 
 def _meeting_pairs(queries: Elements, leaves: Elements):
