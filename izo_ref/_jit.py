@@ -42,14 +42,14 @@ def _cache_folder() -> Path:
 
 
 @contextmanager
-def cached_in(folder: Path, config=config):
-    """numba reads the folder when a function is decorated: set it for that moment only."""
-    before = config.CACHE_DIR
-    config.CACHE_DIR = str(folder)
+def setting(config, name, value):
+    """A setting of numba for as long as the block runs."""
+    before = getattr(config, name)
+    setattr(config, name, value)
     try:
         yield
     finally:
-        config.CACHE_DIR = before
+        setattr(config, name, before)
 
 
 CACHE_FOLDER = _cache_folder()
@@ -61,7 +61,8 @@ def anything_compiled() -> bool:
 
 
 def _njit(function, folder=CACHE_FOLDER, **options):
-    with cached_in(folder):
+    # numba reads the folder when a function is decorated
+    with setting(config, "CACHE_DIR", str(folder)):
         return njit(
             cache=True,
             error_model="numpy",

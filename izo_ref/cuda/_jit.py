@@ -9,7 +9,7 @@ may differ from those of the processor.
 from numba import cuda
 from numba.cuda.core import config
 
-from izo_ref._jit import CACHE_FOLDER, cached_in
+from izo_ref._jit import CACHE_FOLDER, setting
 
 THREADS = 128  # of a block, where a kernel does not say
 
@@ -22,15 +22,19 @@ class Kernel:
 
     def __init__(self, function):
         self.function = function
-        with cached_in(CACHE_FOLDER / "cuda", config):
+        with setting(config, "CACHE_DIR", str(CACHE_FOLDER / "cuda")):
             self._dispatcher = cuda.jit(function, fastmath=False, cache=True)
 
     def __getitem__(self, n_threads):
-        n_blocks = -(-int(n_threads) // THREADS)
+        n_blocks, size = -(-int(n_threads) // THREADS), min(int(n_threads), THREADS)
 
         def launch(*arrays):
-            if n_blocks:
-                self._dispatcher[n_blocks, min(int(n_threads), THREADS)](*arrays)
+            if n_blocks == 0:
+                return
+            # few blocks are what a scene with little to do is: nothing to warn of
+            with setting(config, "CUDA_LOW_OCCUPANCY_WARNINGS", 0):
+                configured = self._dispatcher[n_blocks, size]
+            configured(*arrays)
 
         return launch
 
