@@ -9,6 +9,8 @@ import pytest
 
 from tests.conftest import SEED
 
+LIMIT_S = 300.0  # it takes some 30: what goes on for ever is to end
+
 
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda: izo-ref[cuda]")
 def test_kernels_of_the_device_in_python():
@@ -18,6 +20,7 @@ def test_kernels_of_the_device_in_python():
         env=os.environ | simulator,
         capture_output=True,
         text=True,
+        timeout=LIMIT_S,
     )
     print(done.stdout)
     assert done.returncode == 0, done.stdout
