@@ -138,6 +138,8 @@ def test_a_step_study_writes_every_row_and_resumes(tmp_path, monkeypatch):
     name = "generated: two tetrahedra"
     monkeypatch.setattr(outer, "GENERATED", {name: outer.GENERATED[name]})
     monkeypatch.setattr(outer, "_warm_up", lambda: None)
+    for limit in ("LONG_S", "QUICK_LIMIT_S"):
+        monkeypatch.setattr(outer, limit, math.inf)  # it may compile
     said = []
     outer.run(tmp_path, True, said.append)
     rows = read(tmp_path, "outer")

@@ -19,6 +19,8 @@ QUESTIONS = {
 OTHERS = {
     "evidence/README.md": "every step file, judged by four judges",
     "zones.md": "solvers of zones against exact optima",
+    "speed/README.md": "detection, whole steps, cold start, size, what each rule saves",
+    "cuda/README.md": "what kernels need of a GPU, and what they were measured to take",
     "mutants.md": "deliberate faults, and whether the tests notice",
 }
 HEADLINES = 5
