@@ -42,8 +42,8 @@ lint: .venv/dev.done
 
 # Needs uv. Versions and hashes for every platform, no addresses.
 lock:
-	uv pip compile --quiet --universal --generate-hashes --no-header --no-annotate --python-version 3.11 --extra demo pyproject.toml requirements/build.in -o requirements/demo.txt
-	uv pip compile --quiet --universal --generate-hashes --no-header --no-annotate --python-version 3.11 --extra dev pyproject.toml requirements/build.in -c requirements/demo.txt -o requirements/dev.txt
+	uv pip compile --quiet --universal --generate-hashes --no-header --no-annotate --python-version 3.11 --extra dev pyproject.toml requirements/build.in -o requirements/dev.txt
+	uv pip compile --quiet --universal --generate-hashes --no-header --no-annotate --python-version 3.11 --extra demo pyproject.toml requirements/build.in -c requirements/dev.txt -o requirements/demo.txt
 
 clean:
 	rm -rf .venv build *.egg-info
