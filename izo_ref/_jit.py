@@ -91,7 +91,6 @@ def _kernel(function, **options):
         with _LAUNCH:
             return kernel(*arrays)
 
-    launch.kernel = kernel
     return launch
 
 
