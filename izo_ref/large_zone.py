@@ -93,7 +93,7 @@ def _sweep(zone, count, gap_tolerance, violation_tolerance, u, z):
         gap_tolerance,
         violation_tolerance,
         u,
-        z,
+        z.ravel(),
         steps,
         np.empty((1, 0, 2)),
     )

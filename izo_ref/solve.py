@@ -1,6 +1,7 @@
 """Solve zones: pick the method, launch, wrap."""
 
 import numpy as np
+from numba import get_num_threads
 
 from izo_ref import checks
 from izo_ref.cpu import zones as kernels
@@ -11,7 +12,13 @@ from izo_ref.large_zone import LargeZone, solve_large_zone
 from izo_ref.options import LAGRANGIAN, SWEEPS, Options
 from izo_ref.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.rows import SystemSolution, scaled_rows
-from izo_ref.serial.small_zone import ACTIVE_SET, BLOCK_PIVOT, CLOSED_FORM, Limits
+from izo_ref.serial.small_zone import (
+    ACTIVE_SET,
+    BLOCK_PIVOT,
+    CLOSED_FORM,
+    Limits,
+    work_of_small_zone,
+)
 from izo_ref.sweep import sweep
 from izo_ref.zones import ZoneSystem, problem_system
 
@@ -55,9 +62,11 @@ def solve_system(
     # a launch over all threads pays from some 100 us of work on
     sizes = np.diff(system.impact_offsets)[small]
     work = (sizes * (sizes + 60)).sum()
-    kernel = kernels.solve_small_zones
     few = work <= SERIAL_WORK and "small-launches" in options.rules
-    (kernel.alone if few else kernel)(
+    kernel = kernels.solve_small_zones.alone if few else kernels.solve_small_zones
+    n_slots = 1 if few else get_num_threads()
+    number_starts, index_starts = _slots(system, small, n_slots)
+    kernel(
         small,
         first_tried,
         system.impact_offsets,
@@ -68,11 +77,15 @@ def solve_system(
         rows.rhs,
         rows.lengths,
         limits,
+        number_starts,
+        index_starts,
         scaled,
-        z,
+        z.ravel(),
         codes,
         solved,
         steps,
+        np.empty(number_starts[-1]),
+        np.empty(index_starts[-1], np.int32),
     )
     # what is not solved so far: the interior point minds neither size nor dependent rows, and
     # judges better what is infeasible
@@ -94,6 +107,14 @@ def solve_system(
         steps,
         METHODS[codes],
     )
+
+
+def _slots(system, zones, n_slots):
+    """Where the work space of each slot begins: each has room for any of the zones."""
+    sizes, vertices = np.diff(system.impact_offsets), np.diff(system.vertex_offsets)
+    most = sizes[zones].max(initial=0), vertices[zones].max(initial=0)
+    numbers, indices = work_of_small_zone(*most)
+    return numbers * np.arange(n_slots + 1), indices * np.arange(n_slots + 1)
 
 
 def _small_zones(system, options):

@@ -38,7 +38,7 @@ def sweep(
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
         multipliers,
-        z,
+        z.ravel(),
         steps,
         traces,
     )

@@ -6,8 +6,8 @@ import pytest
 from izo_ref.options import Options
 from izo_ref.problem import ZoneProblem
 from izo_ref.rows import scaled_rows
-from izo_ref.serial.active_set import active_set
-from izo_ref.serial.block_pivot import block_pivot
+from izo_ref.serial.active_set import active_set, work_of_active_set
+from izo_ref.serial.block_pivot import block_pivot, work_of_block_pivot
 from izo_ref.serial.rows import NOT_CONVERGED, SOLVED
 from izo_ref.solve import solve_system
 from izo_ref.zones import problem_system
@@ -21,10 +21,11 @@ def pivoted(zone):
     rows = scaled_rows(system)
     n, m = len(system.targets), len(rows.rhs)
     u, z = np.full(m, np.nan), np.full((n, 3), np.nan)
-    scratch = np.full(2 * m * m + 4 * m, np.nan), np.full(6 * m + n, -7, np.int32)
+    numbers, indices = work_of_block_pivot(m, n)
+    scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
     unknowns = rows.unknowns, rows.coefficients, system.normals, rows.rhs
     status, factorizations = block_pivot(
-        0, m, 0, system.vertex_offsets[1], *unknowns, *scratch, u, z
+        0, m, 0, system.vertex_offsets[1], *unknowns, *scratch, u, z.ravel()
     )
     assert factorizations >= 1
     return status, u, z, rows, system
@@ -82,7 +83,9 @@ def test_the_active_set_minds_no_guess(rng, n):
     answers = []
     for guess in (np.zeros(n), np.ones(n), (np.arange(n) % 2).astype(float)):
         u, z = guess.copy(), np.full((len(system.targets), 3), np.nan)
-        status, steps = active_set(0, n, 0, len(z), *data, u, z)
+        numbers, indices = work_of_active_set(n, len(z))
+        scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
+        status, steps = active_set(0, n, 0, len(z), *data, *scratch, u, z.ravel())
         assert status == SOLVED
         assert (u >= 0.0).all()
         assert steps >= np.count_nonzero(u) - np.count_nonzero(guess)

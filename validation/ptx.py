@@ -18,6 +18,7 @@ from unittest.mock import patch
 import izo_ref.cuda
 from izo_ref.cuda._jit import Kernel
 from izo_ref.serial.descent import Settings
+from izo_ref.serial.small_zone import Limits
 from izo_ref.serial.tree import Tree
 
 CAPABILITIES = ((8, 0), (9, 0), (10, 0))
@@ -26,7 +27,7 @@ DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": 
     "u4": "uint32",
     "b1": "boolean",
 }
-RECORDS = {"Tree": Tree, "Settings": Settings}
+RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}
 # A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
 PARAMETER = re.compile(r"^    (\w+),  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
 FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+))?", re.M)

@@ -1,10 +1,9 @@
 """Zones in scaled variables, and the active-set solver, which takes one zone a thread."""
 
-import math
-
 from numba import prange
 
 from izo_ref._jit import cpu_kernel, light_kernel
+from izo_ref.serial.rows import scale_row
 from izo_ref.serial.small_zone import solve_small_zone
 from izo_ref.serial.sweeps import sweeps
 
@@ -26,31 +25,17 @@ def scaled_rows(
     hopeless_out,  # (n_impacts,) b1, violated and without unknowns
 ):
     for j in prange(nodes.shape[0]):
-        length_sq = 0.0
-        normal_sq = 0.0
-        gap = 0.0
-        for k in range(4):
-            node = nodes[j, k]
-            coefficient = weights[j, k] * inverse_sqrt_masses[node]
-            unknowns_out[j, k] = node if inverse_sqrt_masses[node] > 0.0 else -1
-            coefficients_out[j, k] = coefficient
-            length_sq += coefficient * coefficient
-            for axis in range(3):
-                # relative to the first node: weights sum to zero
-                arm = targets[node, axis] - targets[nodes[j, 0], axis]
-                gap += weights[j, k] * normals[j, axis] * arm
-        for axis in range(3):
-            normal_sq += normals[j, axis] * normals[j, axis]
-        length = math.sqrt(length_sq * normal_sq)
-        hopeless_out[j] = length == 0.0 and gap < thickness
-        if length > 0.0:
-            lengths_out[j] = length
-            rhs_out[j] = (thickness - gap) / length
-            for k in range(4):
-                coefficients_out[j, k] /= length
-        else:  # satisfied, and in nobody's way
-            lengths_out[j] = 1.0
-            rhs_out[j] = -thickness
+        rhs_out[j], lengths_out[j], hopeless_out[j] = scale_row(
+            j,
+            nodes,
+            weights,
+            normals,
+            targets,
+            inverse_sqrt_masses,
+            thickness,
+            unknowns_out,
+            coefficients_out,
+        )
 
 
 @cpu_kernel
@@ -66,30 +51,38 @@ def solve_small_zones(
     rhs,  # (n_impacts,) f8  [m kg^1/2]
     lengths,  # (n_impacts,) f8  [kg^-1/2]
     limits,  # Limits, of serial/small_zone.py
+    number_starts,  # (n_slots + 1,) i8, of work space; slot k solves zones k, k + n_slots, ...
+    index_starts,  # (n_slots + 1,) i8
     # Out:
     multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
-    z_out,  # (n_unknowns, 3) f8  [m kg^1/2]
+    z_out,  # (3 n_unknowns,) f8  [m kg^1/2]
     methods_out,  # (n_zones,) i1, the last that was tried
     solved_out,  # (n_zones,) b1, to the limits
     steps_out,  # (n_zones,) i4
+    numbers_out,  # (number_starts[n_slots],) f8, work space, of serial/small_zone.py
+    indices_out,  # (index_starts[n_slots],) i4, work space
 ):
-    for i in prange(zones.shape[0]):
-        zone = zones[i]
-        methods_out[zone], solved_out[zone], steps_out[zone] = solve_small_zone(
-            methods[i],
-            impact_offsets[zone],
-            impact_offsets[zone + 1],
-            vertex_offsets[zone],
-            vertex_offsets[zone + 1],
-            unknowns,
-            coefficients,
-            normals,
-            rhs,
-            lengths,
-            limits,
-            multipliers_out,
-            z_out,
-        )
+    n_slots = number_starts.shape[0] - 1
+    for slot in prange(n_slots):
+        for i in range(slot, zones.shape[0], n_slots):
+            zone = zones[i]
+            methods_out[zone], solved_out[zone], steps_out[zone] = solve_small_zone(
+                methods[i],
+                impact_offsets[zone],
+                impact_offsets[zone + 1],
+                vertex_offsets[zone],
+                vertex_offsets[zone + 1],
+                unknowns,
+                coefficients,
+                normals,
+                rhs,
+                lengths,
+                limits,
+                numbers_out[number_starts[slot] : number_starts[slot + 1]],
+                indices_out[index_starts[slot] : index_starts[slot + 1]],
+                multipliers_out,
+                z_out,
+            )
 
 
 @cpu_kernel
@@ -108,7 +101,7 @@ def solve_sweeps(
     violation_tolerance,  # f8  [m]
     # Out:
     multipliers_out,  # (n_impacts,), of the unit rows; where to begin on entry
-    z_out,  # (n_unknowns, 3)
+    z_out,  # (3 n_unknowns,)
     steps_out,  # (n_zones,) i4
     trace_out,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] after each sweep; k = 0: none
 ):

@@ -33,6 +33,7 @@ from izo_ref.serial.rows import (
     size_of_row,
     violations,
 )
+from izo_ref.serial.views import matrix_of
 
 # Distance of a unit row from the span of the active ones, below which it counts as in it.
 # Rounding leaves some 1e-15 where it is zero.
@@ -226,6 +227,13 @@ def _remove(place, q, active, is_active, factor, basis):
 
 
 @compiled
+def work_of_active_set(n, n_vertices):
+    """How many numbers and indices of work space a zone of n impacts takes."""
+    size = 3 * n_vertices
+    return (n + 1) ** 2 + (min(n, size) + 2) * size + 2 * n, 2 * n
+
+
+@compiled
 def active_set(
     begin,
     end,
@@ -235,6 +243,8 @@ def active_set(
     all_coefficients,
     all_normals,
     rhs,
+    numbers,
+    indices,
     multipliers_out,
     z_out,
 ):
@@ -245,9 +255,10 @@ def active_set(
         all_coefficients: (n_impacts, 4) f8; with the normals, unit rows.
         all_normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8, s.
+        numbers, indices: f8 and i4, work space of `work_of_active_set`.
         multipliers_out: (n_impacts,) f8, u; begin..end are written. On entry, positive ones
             are a guess of which rows are active.
-        z_out: (n_unknowns, 3) f8; first..last are written.
+        z_out: (3 n_unknowns,) f8; those of first..last are written.
 
     Returns:
         SOLVED, INFEASIBLE or NOT_CONVERGED, and the number of rows added or dropped.
@@ -257,14 +268,15 @@ def active_set(
     nodes, coefficients = all_nodes[begin:end], all_coefficients[begin:end]
     normals, s = all_normals[begin:end], rhs[begin:end]
     u = multipliers_out[begin:end]
-    factor = np.zeros((n + 1, n + 1))
-    basis = np.empty((min(n, size) + 1, size))
-    rest = np.empty(size)
-    z = z_out[first:last].reshape(size)
-    active = np.empty(n, np.int64)
-    is_active = np.zeros(n, np.bool_)
-    violation = np.empty(n)
-    r = np.empty(n)
+    at, most = (n + 1) ** 2, min(n, size) + 1
+    factor = matrix_of(numbers, n + 1, n + 1)
+    basis = matrix_of(numbers[at:], most, size)
+    at += most * size
+    rest, violation = numbers[at : at + size], numbers[at + size : at + size + n]
+    r = numbers[at + size + n : at + size + 2 * n]
+    active, is_active = indices[:n], indices[n : 2 * n]
+    is_active[:] = 0
+    z = z_out[3 * first : 3 * last]
     q = _start(first, nodes, coefficients, normals, s, u, active, is_active, factor, basis, rest, r)
     pull(first, nodes, coefficients, normals, u, z)
     violations(first, nodes, coefficients, normals, s, z, violation)

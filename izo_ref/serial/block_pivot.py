@@ -18,7 +18,7 @@ row by row.
 import numpy as np
 
 from izo_ref._jit import compiled
-from izo_ref.serial.dense import cholesky_solve, partial_cholesky
+from izo_ref.serial.dense import cholesky_solve, partial_cholesky, work_of_cholesky
 from izo_ref.serial.rows import (
     NOT_CONVERGED,
     ROUNDING,
@@ -28,6 +28,7 @@ from izo_ref.serial.rows import (
     size_of_row,
     violations,
 )
+from izo_ref.serial.views import matrix_of
 
 # Square of the distance of a row from the span of those before it, below which it is left
 # out. Rounding of K moves it by some 1e-15, so what passes is right to 1e-9 before, and to
@@ -86,12 +87,12 @@ def _sweep(gram, u, w):
 
 
 @compiled
-def _factor_of(gram, free, q, factor):
+def _factor_of(gram, free, q, factor, tiles):
     for a in range(q):
         row, out = gram[free[a]], factor[a]
         for b in range(a, q):
             out[b] = row[free[b]]
-    partial_cholesky(factor, q, q, SMALLEST_PIVOT)
+    partial_cholesky(factor, q, q, SMALLEST_PIVOT, tiles)
 
 
 @compiled
@@ -122,6 +123,12 @@ def _holds(rounding, first, nodes, coefficients, rhs, z, violation, is_free):
 
 
 @compiled
+def work_of_block_pivot(n, n_vertices):
+    """How many numbers and indices of work space a zone of n impacts takes."""
+    return 2 * n * n + 2 * n + work_of_cholesky(n), 6 * n + n_vertices
+
+
+@compiled
 def block_pivot(
     begin,
     end,
@@ -143,10 +150,9 @@ def block_pivot(
         all_coefficients: (n_impacts, 4) f8; with the normals, unit rows.
         all_normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8, s.
-        numbers: (>= 2 n^2 + 4 n,) f8, scratch, for n = end - begin.
-        indices: (>= 6 n + last - first,) i4, scratch.
+        numbers, indices: f8 and i4, work space of `work_of_block_pivot`.
         multipliers_out: (n_impacts,) f8, u; begin..end are written.
-        z_out: (n_unknowns, 3) f8; first..last are written.
+        z_out: (3 n_unknowns,) f8; those of first..last are written.
 
     Returns:
         SOLVED or NOT_CONVERGED, and the number of factorisations. If not converged, positive
@@ -155,10 +161,10 @@ def block_pivot(
     n = end - begin
     nodes, coefficients = all_nodes[begin:end], all_coefficients[begin:end]
     normals, s = all_normals[begin:end], rhs[begin:end]
-    u, z = multipliers_out[begin:end], z_out[first:last].reshape(3 * (last - first))
-    gram = numbers[: n * n].reshape((n, n))
-    factor = numbers[n * n : 2 * n * n].reshape((n, n))
+    u, z = multipliers_out[begin:end], z_out[3 * first : 3 * last]
+    gram, factor = matrix_of(numbers, n, n), matrix_of(numbers[n * n :], n, n)
     w, step = numbers[2 * n * n : 2 * n * n + n], numbers[2 * n * n + n : 2 * n * n + 2 * n]
+    tiles = numbers[2 * n * n + 2 * n :]
     chain, free, is_free = indices[: 4 * n], indices[4 * n : 5 * n], indices[5 * n : 6 * n]
     _gram(first, nodes, coefficients, normals, indices[6 * n : 6 * n + last - first], chain, gram)
     largest = 0.0
@@ -179,7 +185,7 @@ def block_pivot(
                 step[q] = s[j]
                 q += 1
         factorizations += 1
-        _factor_of(gram, free, q, factor)
+        _factor_of(gram, free, q, factor, tiles)
         cholesky_solve(factor, q, step)
         for j in range(n):
             u[j] = 0.0

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from izo_ref._jit import compiled
 
 # Below this many rows, sums down the columns are faster than loops made for vectors:
@@ -19,7 +17,13 @@ LARGE, PANEL, CHUNK = 80, 16, 512
 
 
 @compiled
-def partial_cholesky(a, n, n_pivots, smallest):
+def work_of_cholesky(n):
+    """How many numbers of work space it takes."""
+    return (PANEL + 4) * CHUNK + 16 if n >= LARGE else 0
+
+
+@compiled
+def partial_cholesky(a, n, n_pivots, smallest, work):
     """Factor the first pivots of a symmetric matrix, and update the rest.
 
     With A = [[B, D], [D^T, E]] and B of `n_pivots` rows: B = R^T R, D becomes R^-T D, and E
@@ -27,15 +31,12 @@ def partial_cholesky(a, n, n_pivots, smallest):
     diagonal the reciprocals are kept.
 
     A pivot of `smallest` or less becomes 0 and its row too: that unknown is left out, and
-    solves give it 0.
+    solves give it 0. `work`: (>= work_of_cholesky(n),) f8, of any content.
     """
     if n <= SMALL:
         _small_cholesky(a, n, n_pivots, smallest)
         return
     in_panel = PANEL if n >= LARGE else WIDTH
-    panel, tile = np.empty(0), np.empty(0)
-    if n >= LARGE:
-        panel, tile = np.empty(PANEL * CHUNK), np.zeros(4 * CHUNK)
     for begin in range(0, n_pivots, in_panel):
         end = min(begin + in_panel, n_pivots)
         for k in range(begin, end, WIDTH):
@@ -43,7 +44,7 @@ def partial_cholesky(a, n, n_pivots, smallest):
             _take_pivots(a, k, last, n, smallest)
             _update(a, k, last, last, end, n)
         if end - begin == PANEL:
-            _update_tiles(a, begin, n, panel, tile)
+            _update_tiles(a, begin, n, work)
         else:
             for k in range(begin, end, WIDTH):
                 _update(a, k, min(k + WIDTH, end), end, n, n)
@@ -93,9 +94,10 @@ def copy(source, target):
 
 
 @compiled
-def _update_tiles(a, begin, n, panel, tile):
+def _update_tiles(a, begin, n, work):
     """What follows PANEL rows of the factor, from begin, less its part in them."""
-    end, by = begin + PANEL, np.zeros(16)
+    end, after = begin + PANEL, (PANEL + 4) * CHUNK
+    panel, tile, by = work[: PANEL * CHUNK], work[PANEL * CHUNK : after], work[after:]
     for left in range(end, n, CHUNK):
         right = min(left + CHUNK, n)
         for k in range(PANEL):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref._jit import compiled
-from izo_ref.serial.dense import copy, partial_cholesky
+from izo_ref.serial.dense import copy, partial_cholesky, work_of_cholesky
 
 
 class Fronts(NamedTuple):
@@ -104,6 +104,7 @@ def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
     b = fronts.size
     work, stack, top = np.empty(fronts.largest**2), np.empty(fronts.deepest), 0
     ends = np.empty(fronts.largest, np.int64)
+    tiles = np.empty(work_of_cholesky(fronts.largest))
     for c in range(chosen.shape[0]):
         s = chosen[c]
         pivots = b * (fronts.firsts[s + 1] - fronts.firsts[s])
@@ -112,7 +113,7 @@ def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
         work[: n * n] = 0.0
         _add_entries(fronts, values, fronts.entry_starts[s], fronts.entry_starts[s + 1], front)
         top = _take_rest(fronts, s, top, stack, kept_out, ends, front)
-        partial_cholesky(front, n, pivots, smallest)
+        partial_cholesky(front, n, pivots, smallest, tiles)
         at = fronts.factor_starts[s]
         factor_out[at : at + pivots * n] = work[: pivots * n]
         left = n - pivots

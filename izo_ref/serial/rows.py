@@ -20,6 +20,57 @@ ROUNDING = 4e-15
 
 
 @compiled
+def scale_row(
+    j,
+    nodes,
+    weights,
+    normals,
+    targets,
+    inverse_sqrt_masses,
+    thickness,
+    unknowns_out,
+    coefficients_out,
+):
+    """Row j in scaled variables.
+
+    Args:
+        nodes: (n_impacts, 4) i4.
+        weights: (n_impacts, 4) f8.
+        normals: (n_impacts, 3) f8.
+        targets: (n_vertices, 3) f8 [m].
+        inverse_sqrt_masses: (n_vertices,) f8 [kg^-1/2], 0 for pinned.
+        thickness: [m].
+        unknowns_out: (n_impacts, 4) i4, as nodes; -1 for pinned. Row j is written.
+        coefficients_out: (n_impacts, 4) f8, unit length in row j.
+
+    Returns:
+        s [m kg^1/2]; the length before scaling [kg^-1/2], 1 if there was none; whether the
+        row is violated and without unknowns.
+    """
+    length_sq = 0.0
+    normal_sq = 0.0
+    gap = 0.0
+    for k in range(4):
+        node = nodes[j, k]
+        coefficient = weights[j, k] * inverse_sqrt_masses[node]
+        unknowns_out[j, k] = node if inverse_sqrt_masses[node] > 0.0 else -1
+        coefficients_out[j, k] = coefficient
+        length_sq += coefficient * coefficient
+        for axis in range(3):
+            # relative to the first node: weights sum to zero
+            arm = targets[node, axis] - targets[nodes[j, 0], axis]
+            gap += weights[j, k] * normals[j, axis] * arm
+    for axis in range(3):
+        normal_sq += normals[j, axis] * normals[j, axis]
+    length = math.sqrt(length_sq * normal_sq)
+    if length == 0.0:  # if satisfied, it is in nobody's way
+        return -thickness, 1.0, gap < thickness
+    for k in range(4):
+        coefficients_out[j, k] /= length
+    return (thickness - gap) / length, length, False
+
+
+@compiled
 def add_row(scale, row, first, nodes, coefficients, normals, z):
     """z += scale * row, the row written out in full."""
     for k in range(4):

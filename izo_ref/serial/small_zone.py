@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref._jit import compiled
-from izo_ref.serial.active_set import active_set
-from izo_ref.serial.block_pivot import block_pivot
+from izo_ref.serial.active_set import active_set, work_of_active_set
+from izo_ref.serial.block_pivot import block_pivot, work_of_block_pivot
 from izo_ref.serial.rows import SOLVED, add_row, residuals
 
 CLOSED_FORM = 0
@@ -34,6 +34,13 @@ def _is_near(rhs, farthest, z):
 
 
 @compiled
+def work_of_small_zone(n, n_vertices):
+    """How many numbers and indices of work space a zone of n impacts takes."""
+    of_pivot, of_set = work_of_block_pivot(n, n_vertices), work_of_active_set(n, n_vertices)
+    return max(of_pivot[0], of_set[0]), max(of_pivot[1], of_set[1])
+
+
+@compiled
 def solve_small_zone(
     method,
     begin,
@@ -46,6 +53,8 @@ def solve_small_zone(
     rhs,
     lengths,
     limits,
+    numbers,
+    indices,
     multipliers_out,
     z_out,
 ):
@@ -59,19 +68,17 @@ def solve_small_zone(
         method: CLOSED_FORM, BLOCK_PIVOT or ACTIVE_SET, where to begin.
         lengths: (n_impacts,) f8 [kg^-1/2], of the rows before scaling.
         limits: `Limits`.
+        numbers, indices: f8 and i4, work space of `work_of_small_zone`.
         Others: as of `block_pivot`.
 
     Returns:
         The method that ended it, whether the zone is solved, and the steps of that method.
     """
-    n = end - begin
     steps, status = 0, SOLVED
     if method == CLOSED_FORM:
-        for i in range(first, last):
-            for axis in range(3):
-                z_out[i, axis] = 0.0
         multipliers_out[begin] = max(rhs[begin], 0.0)
-        z = z_out[first:last].reshape(3 * (last - first))
+        z = z_out[3 * first : 3 * last]
+        z[:] = 0.0
         row = slice(begin, end)
         part = unknowns[row], coefficients[row], normals[row]
         add_row(multipliers_out[begin], np.int64(0), first, *part, z)
@@ -86,8 +93,8 @@ def solve_small_zone(
             coefficients,
             normals,
             rhs,
-            np.empty(2 * n * n + 4 * n),
-            np.empty(6 * n + last - first, np.int32),
+            numbers,
+            indices,
             multipliers_out,
             z_out,
         )
@@ -104,12 +111,14 @@ def solve_small_zone(
             coefficients,
             normals,
             rhs,
+            numbers,
+            indices,
             multipliers_out,
             z_out,
         )
     if status != SOLVED:
         return method, False, steps
-    rows, z = slice(begin, end), z_out[first:last].reshape(3 * (last - first))
+    rows, z = slice(begin, end), z_out[3 * first : 3 * last]
     violation, gap = residuals(
         first,
         unknowns[rows],

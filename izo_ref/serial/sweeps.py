@@ -62,7 +62,7 @@ def sweeps(
         violation_tolerance: [m].
         multipliers_out: (n_impacts,), u; begin..end are written. On entry they are where to
             begin.
-        z_out: (n_unknowns, 3); first..last are written.
+        z_out: (3 n_unknowns,); those of first..last are written.
         trace_out: (n, 2): after each sweep 1/2 |z|^2 and the largest violation [m]; as many
             as it has room for.
 
@@ -72,7 +72,7 @@ def sweeps(
     rows = slice(begin, end)
     nodes, coefficients, normals = all_nodes[rows], all_coefficients[rows], all_normals[rows]
     s, metres, u = rhs[rows], all_metres[rows], multipliers_out[rows]
-    z = z_out[first:last].reshape(3 * (last - first))
+    z = z_out[3 * first : 3 * last]
     diagonal, before = np.zeros_like(u), np.empty_like(u)
     pull(first, nodes, coefficients, normals, u, z)
     for j in range(u.shape[0]):

@@ -1,0 +1,41 @@
+"""A matrix in memory that is flat, for the processor and for a device.
+
+numba's own `reshape` calls a C function, which a device has not.
+"""
+
+from numba import types
+from numba.core import cgutils, config
+from numba.extending import intrinsic
+
+
+def _matrix_in_python(flat, rows, columns):
+    return flat[: rows * columns].reshape(rows, columns)
+
+
+@intrinsic
+def _matrix_compiled(context, flat, rows, columns):
+    matrix = types.Array(flat.dtype, 2, "C")
+
+    def build(context, builder, signature, arguments):
+        source = context.make_array(signature.args[0])(context, builder, arguments[0])
+        sizes = [
+            context.cast(builder, value, own, types.intp)
+            for value, own in zip(arguments[1:], signature.args[1:], strict=True)
+        ]
+        view = context.make_array(matrix)(context, builder)
+        view.data, view.itemsize = source.data, source.itemsize
+        view.meminfo, view.parent = source.meminfo, source.parent
+        view.nitems = builder.mul(*sizes)
+        view.shape = cgutils.pack_array(builder, sizes)
+        strides = [builder.mul(sizes[1], source.itemsize), source.itemsize]
+        view.strides = cgutils.pack_array(builder, strides)
+        value = view._getvalue()
+        if context.enable_nrt:
+            context.nrt.incref(builder, matrix, value)
+        return value
+
+    return matrix(flat, rows, columns), build
+
+
+# (rows, columns) view of the first numbers of (n,), contiguous, n >= rows * columns
+matrix_of = _matrix_in_python if config.DISABLE_JIT else _matrix_compiled
