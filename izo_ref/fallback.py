@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.loop import Iteration, Loop, objective
+from izo_ref.loop import Iteration, Loop
 from izo_ref.types import join_impacts, no_impacts
 from izo_ref.zones import build_zones
 
@@ -30,18 +30,18 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
     prescribed paths is not scaled: if it still meets a group that rests, the step is
     blocked.
     """
-    scene = loop.scene
-    full = loop.positions - scene.positions_t0
+    step, scene = loop.step, loop.step.scene
+    full = step.positions - scene.positions_t0
     scale = np.ones(len(full))
     joined = no_impacts()
-    found, moved = loop.detect()
+    detected = step.detect()
     rounds = 0
-    while len(found.toi):
+    while detected.found:
         begin = time.perf_counter()
-        joined = join_impacts((joined, found))
-        groups = build_zones(scene, join_impacts((loop.impacts, joined)))
+        joined = join_impacts((joined, step.found))
+        groups = build_zones(scene, join_impacts((step.impacts, joined)))
         trouble = np.zeros(len(scale), bool)
-        trouble[found.nodes] = True
+        trouble[step.found.nodes] = True
         lowered = False
         for group in range(len(groups)):
             vertices = groups.vertices_of(group)
@@ -55,23 +55,23 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
             break
         kept = scale == 1.0
         start = scene.positions_t0
-        loop.positions = np.where(kept[:, None], loop.positions, start + scale[:, None] * full)
+        step.positions = np.where(kept[:, None], step.positions, start + scale[:, None] * full)
         middle = time.perf_counter()
-        n_found = len(found.toi)
-        found, moved = loop.detect()
+        n_found = detected.found
+        detected = step.detect()
         rounds += 1
         loop.record(
             Iteration(
                 -1,
                 rounds,
-                moved,
-                loop.candidates,
+                detected.moved,
+                detected.candidates,
                 n_found,
                 0,
-                len(loop.impacts.toi),
+                step.n_impacts,
                 len(groups),
                 0,
-                objective(scene, loop.positions),
+                step.objective(),
                 time.perf_counter() - middle,
                 middle - begin,
             )

@@ -10,12 +10,13 @@ from izo_ref import checks
 from izo_ref.certify import PathCertificate, certify_path
 from izo_ref.detect import Detector, median_length
 from izo_ref.fallback import ScaledBack, scale_back
-from izo_ref.loop import Iteration, Loop, objective
+from izo_ref.loop import Iteration, Loop
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
 from izo_ref.options import Options
 from izo_ref.planning import Plan, plan
 from izo_ref.problem import Residuals, residuals
 from izo_ref.scene import Scene
+from izo_ref.step import Step, objective
 from izo_ref.types import Impacts, Status
 from izo_ref.zones import Zones, build_zones, zone_problem
 
@@ -95,7 +96,7 @@ def resolve(
     Source: SPEC sections 6 and 7.
     """
     options = options or Options()
-    make_detector = _detectors_of(device)
+    make_step = _steps_of(device)
     thickness = _thickness(scene, thickness, options)
     times = {"start": time.perf_counter()}
 
@@ -103,28 +104,29 @@ def resolve(
     times["plan"] = time.perf_counter()
     order = geometric_order(scene)
     sorted_scene = renumbered(scene, order)
-    detector = make_detector(sorted_scene, options)
-    loop = Loop(sorted_scene, thickness, options, detector, on_iteration)
+    loop = Loop(make_step(sorted_scene, thickness, options), options.max_iterations, on_iteration)
     free = loop.run(0)
     times["main"] = time.perf_counter()
-    if free and loop.active.any():
+    if free and loop.step.n_active:
         _relinearize(loop, options)
     times["relinearize"] = time.perf_counter()
+    step = loop.step = loop.step.on_host()
     scaled_back = []
     if not free:
         scaled_back = scale_back(loop)
-        if len(loop.detect()[0].toi) or len(loop.blocked.toi):
-            loop.positions, scaled_back = loop.longest[0], []
+        detected = step.detect()
+        if detected.found or detected.blocked:
+            step.positions, scaled_back = step.longest[0], []
     times["scale_back"] = time.perf_counter()
 
     positions = np.empty_like(scene.positions_t1)
-    positions[order] = loop.positions
+    positions[order] = step.positions
     certificate = certify_path(scene, positions, options.rules)
     times["certify"] = time.perf_counter()
     scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
 
-    impacts, index = impacts_back(loop.impacts, order, scene.faces)
-    multipliers = loop.multipliers[index]
+    impacts, index = impacts_back(step.impacts, order, scene.faces)
+    multipliers = step.multipliers[index]
     zones = build_zones(scene, impacts)
     judged = [
         _judge(scene, impacts, multipliers, zones, zone, thickness, positions)
@@ -166,14 +168,14 @@ def _verdict(certificate, scaled_back, judged, options):
 
 def _relinearize(loop: Loop, options: Options):
     """Take the normals again at the answer, as often as it pays (SPEC section 6)."""
-    best = objective(loop.scene, loop.positions)
+    best = loop.step.objective()
     for number in range(1, options.relinearize + 1):
-        saved = loop.save()
-        loop.restart(*loop.relinearized())
+        saved = loop.step.save()
+        loop.step.begin_anew()
         if not loop.run(number, limit=best):
-            loop.restore(saved)
+            loop.step.restore(saved)
             return
-        value = objective(loop.scene, loop.positions)
+        value = loop.step.objective()
         paid = value <= best * (1.0 - options.relinearize_gain)
         best = value
         if not paid:
@@ -197,18 +199,22 @@ def _thickness(scene, thickness, options):
     return checks.thickness(options.thickness_fraction * length)
 
 
-def _detectors_of(device):
-    """What makes a detector from a scene and options."""
+def _steps_of(device):
+    """What makes a `Step` from a scene, a thickness and options."""
     if checks.device(device) == "cuda":
         from izo_ref.gpu.device import require_device
 
         require_device()
         from izo_ref.gpu.detect import HostDetector
 
-        return lambda scene, options: HostDetector(scene)
-    return lambda scene, options: Detector(
-        scene.positions_t0, scene.edges, scene.faces, scene.excluded, options.rules
-    )
+        return lambda scene, *arguments: Step(scene, *arguments, HostDetector(scene))
+
+    def step_of_host(scene, thickness, options):
+        start, edges, faces = scene.positions_t0, scene.edges, scene.faces
+        detector = Detector(start, edges, faces, scene.excluded, options.rules)
+        return Step(scene, thickness, options, detector)
+
+    return step_of_host
 
 
 def _durations(times):

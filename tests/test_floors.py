@@ -26,6 +26,7 @@ FLOORS = [
         "zones",
         "problem",
         "solve",
+        "step",
         "interior_point",
         "pivoting",
         "large_zone",

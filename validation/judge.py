@@ -10,9 +10,9 @@ import numpy as np
 
 from izo_ref.certify import certify_path
 from izo_ref.distance import distance_bound
-from izo_ref.loop import objective
 from izo_ref.options import Options
 from izo_ref.problem import residuals
+from izo_ref.step import objective
 from izo_ref.zones import build_zones, zone_problem
 from validation.oracles import fcl, ipc, nnls, qp, slsqp
 from validation.oracles import path as exact_path

@@ -29,7 +29,7 @@ PATHS = [
     ),
     Fault(
         "zones-with-new-impacts-not-solved-again",
-        "izo_ref/loop.py",
+        "izo_ref/step.py",
         "        changed = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
         " >= first_new\n",
         "        changed = np.minimum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
@@ -65,17 +65,17 @@ PATHS = [
     Fault(
         "fallback-compounds-scales",
         "izo_ref/fallback.py",
-        "        loop.positions = np.where(kept[:, None], loop.positions,"
+        "        step.positions = np.where(kept[:, None], step.positions,"
         " start + scale[:, None] * full)\n",
-        "        loop.positions = np.where(\n            kept[:, None], loop.positions,"
-        " start + scale[:, None] * (loop.positions - start)\n        )\n",
+        "        step.positions = np.where(\n            kept[:, None], step.positions,"
+        " start + scale[:, None] * (step.positions - start)\n        )\n",
         "what was scaled back is scaled again by its whole scale in each round",
         (BUDGET, CAUGHT),
     ),
     Fault(
         "fallback-moves-what-was-not-scaled",
         "izo_ref/fallback.py",
-        "np.where(kept[:, None], loop.positions, start + scale[:, None] * full)\n",
+        "np.where(kept[:, None], step.positions, start + scale[:, None] * full)\n",
         "start + scale[:, None] * full\n",
         "scaling back moves pinned vertices by rounding",
         (BUDGET, RESOLVE),

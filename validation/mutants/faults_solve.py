@@ -218,7 +218,7 @@ SOLVERS = [
     ),
     Fault(
         "unchanged-zones-go-on",
-        "izo_ref/loop.py",
+        "izo_ref/step.py",
         "        rows, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))\n",
         "        rows = zones.impacts\n",
         "a zone that is solved again without a change starts elsewhere, and has other last bits",
@@ -268,7 +268,7 @@ SOLVERS = [
     ),
     Fault(
         "objective-of-half",
-        "izo_ref/loop.py",
+        "izo_ref/step.py",
         "    return float((masses * (offsets**2).sum(axis=1)).sum() / masses.sum())\n",
         "    return float(0.5 * (masses * (offsets**2).sum(axis=1)).sum() / masses.sum())\n",
         "the objective is off by a factor of two",
@@ -276,7 +276,7 @@ SOLVERS = [
     ),
     Fault(
         "objective-not-over-masses",
-        "izo_ref/loop.py",
+        "izo_ref/step.py",
         "    return float((masses * (offsets**2).sum(axis=1)).sum() / masses.sum())\n",
         "    return float((masses * (offsets**2).sum(axis=1)).sum() / len(masses))\n",
         "the objective is divided by the number of vertices, not by their mass",

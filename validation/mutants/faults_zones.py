@@ -96,15 +96,15 @@ ZONE = [
     ),
     Fault(
         "thickness-ignored",
-        "izo_ref/cpu/zones.py",
-        "            rhs_out[j] = (thickness - gap) / length\n",
-        "            rhs_out[j] = -gap / length\n",
+        "izo_ref/serial/rows.py",
+        "    return (thickness - gap) / length, length, False\n",
+        "    return -gap / length, length, False\n",
         "zones are solved for a gap of zero",
         (BY_HAND,),
     ),
     Fault(
         "proposal-by-displacement",
-        "izo_ref/loop.py",
+        "izo_ref/step.py",
         "        self.positions = self.scene.positions_t1.copy()\n",
         "        self.positions = self.scene.positions_t0 + (\n"
         "            self.scene.positions_t1 - self.scene.positions_t0\n        )\n",
@@ -114,8 +114,8 @@ ZONE = [
     Fault(
         "renumbered-the-wrong-way",
         "izo_ref/resolving.py",
-        "    positions[order] = loop.positions\n",
-        "    positions[:] = loop.positions[order]\n",
+        "    positions[order] = step.positions\n",
+        "    positions[:] = step.positions[order]\n",
         "positions are put back with the inverse of the numbering",
         (BY_HAND, RENUMBERED),
     ),
