@@ -31,7 +31,7 @@ class PathCertificate(NamedTuple):
     excluded: Pairs | None  # left out, because they intersect at the start
 
 
-def certify_path(scene, positions, rules=frozenset(RULES)) -> PathCertificate:
+def certify_path(scene, positions, rules=frozenset(RULES), device: str = "cpu") -> PathCertificate:
     """Prove each pair of a path apart, or that it meets.
 
     A detection of its own, from new trees of boxes and over all pairs, whatever the path
@@ -45,17 +45,20 @@ def certify_path(scene, positions, rules=frozenset(RULES)) -> PathCertificate:
         scene: `Scene`, gives the start, the mesh and the pairs left out.
         positions: (n, 3) [m], end of the path.
         rules: names of `options.RULES` that are applied.
+        device: `cpu`, or `cuda`, where a GPU proves and the processor decides the pairs left.
 
     Raises:
         ShapeError, NonFiniteError: of `positions`.
+        OptionError, DeviceUnavailable: of `device`.
 
     Source: SPEC section 8.
     """
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
-    detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded, rules)
-    found = detector.find(positions)
-    meeting, exact = _meeting(scene.positions_t0, positions, found, "float-verdicts" in rules)
-    tally = detector.tally
+    filtered = _filtered_on_device if checks.device(device) == "cuda" else _filtered
+    found, certain, tally = filtered(scene, positions, rules)
+    if "float-verdicts" not in rules:
+        certain[:] = False
+    meeting, exact = _meeting(scene.positions_t0, positions, found, certain)
     return PathCertificate(
         free=len(meeting.toi) == 0,
         candidates=sum(tally.pairs.values()),
@@ -71,14 +74,28 @@ def certify_path(scene, positions, rules=frozenset(RULES)) -> PathCertificate:
     )
 
 
-def _meeting(positions_t0, positions_t1, found: Impacts, ask_floats):
+def _filtered(scene, positions, rules):
+    """Pairs not proved apart, which of them certainly meet, and a tally."""
+    start = scene.positions_t0
+    detector = Detector(start, scene.edges, scene.faces, scene.excluded, rules)
+    found = detector.find(positions)
+    meets = np.empty(len(found.toi), bool)
+    kernels.certain_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)
+    return found, meets, detector.tally
+
+
+def _filtered_on_device(scene, positions, rules):
+    from izo_ref.gpu.device import require_device
+
+    require_device()
+    from izo_ref.gpu.certify import filtered_pairs
+
+    return filtered_pairs(scene, positions)
+
+
+def _meeting(positions_t0, positions_t1, found: Impacts, certain):
     """Those of the pairs found that meet, and how many took exact arithmetic."""
-    meets = np.zeros(len(found.toi), bool)
-    if ask_floats:
-        kernels.certain_meetings(
-            positions_t0, positions_t1, found.nodes, found.is_edge_edge, found.toi, meets
-        )
-    toi = found.toi.copy()
+    meets, toi = certain.copy(), found.toi.copy()
     open_pairs = np.flatnonzero(~meets)
     for i in open_pairs:
         nodes = found.nodes[i]

@@ -10,6 +10,7 @@ from izo_ref.options import RULES
 from izo_ref.parts import Parts
 from izo_ref.ranges import ranges
 from izo_ref.scalar.advance import MAX_STEPS
+from izo_ref.tally import Tally
 from izo_ref.types import Impacts, Pairs, join_impacts, no_impacts
 
 # A vertex that left its reach gets as much reach as it came since the last detection: the loop
@@ -20,27 +21,6 @@ from izo_ref.types import Impacts, Pairs, join_impacts, no_impacts
 FAR_REACH = 0.03
 # Proofs before a pair counts as near: with 1 those two take 1.3 and 3.1 s more, with 6 as long.
 NEAR_STEPS = 4
-
-
-class Tally:
-    """What a detection looked at.
-
-    Attributes:
-        moved: vertices that ended elsewhere than in the detection before.
-        pairs: candidate pairs, by kind.
-        steps: proofs these took together, and the most for one pair.
-    """
-
-    def __init__(self, moved=0):
-        self.moved = moved
-        self.pairs = {"vertex_face": 0, "edge_edge": 0}
-        self.steps = 0
-        self.most_steps = 0
-
-    def add(self, kind, pairs, steps, most_steps):
-        self.pairs[kind] += int(pairs)
-        self.steps += int(steps)
-        self.most_steps = max(self.most_steps, int(most_steps))
 
 
 class Detector:

@@ -82,8 +82,9 @@ def resolve(
         scene: `Scene`.
         thickness: [m], distance that impacts keep at the end, positive. None takes
             `options.thickness_fraction` of the median edge length at the start.
-        device: `cpu`; `cuda`, where a GPU finds the impacts of each iteration and the rest is
-            done by the processor; `auto`, which is `cpu` for now.
+        device: `cpu`; `cuda`, where a GPU runs the loop and the filter of the certificate, and
+            the processor solves the zones that it leaves, scales back, and judges; `auto`,
+            which is `cpu` for now.
         options: `Options`.
         on_iteration: called with each `Iteration` as it ends.
 
@@ -121,7 +122,7 @@ def resolve(
 
     positions = np.empty_like(scene.positions_t1)
     positions[order] = step.positions
-    certificate = certify_path(scene, positions, options.rules)
+    certificate = certify_path(scene, positions, options.rules, device)
     times["certify"] = time.perf_counter()
     scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
 
@@ -205,9 +206,9 @@ def _steps_of(device):
         from izo_ref.gpu.device import require_device
 
         require_device()
-        from izo_ref.gpu.detect import HostDetector
+        from izo_ref.gpu.step import Step as StepOfDevice
 
-        return lambda scene, *arguments: Step(scene, *arguments, HostDetector(scene))
+        return StepOfDevice
 
     def step_of_host(scene, thickness, options):
         start, edges, faces = scene.positions_t0, scene.edges, scene.faces

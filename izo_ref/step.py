@@ -9,13 +9,10 @@ import numpy as np
 
 from izo_ref.cpu import advance as kernels
 from izo_ref.selection import select_impacts
+from izo_ref.serial.selection import prescribed_impacts
 from izo_ref.solve import solve_system
 from izo_ref.types import Impacts, join_impacts, no_impacts
 from izo_ref.zones import build_zones, members, zone_system
-
-# An impact whose free vertices have less weight than this in all is between pinned points:
-# a free vertex would have to move a billion times as far as the gap is to open.
-NO_WEIGHT = 1e-9
 
 
 class Detected(NamedTuple):
@@ -108,8 +105,8 @@ class Step:
             self.longest = (self.positions.copy(), time_free)
         tally, n_blocked = self._detector.tally, 0
         if self.scene.pinned.any():
-            free = ~self.scene.pinned[found.nodes]
-            prescribed = (np.abs(found.weights) * free).sum(axis=1) < NO_WEIGHT
+            prescribed = np.empty(len(found.toi), bool)
+            prescribed_impacts(found.nodes, found.weights, self.scene.pinned, prescribed)
             n_blocked = np.count_nonzero(prescribed)
             found = found.take(~prescribed)
         self.found = found

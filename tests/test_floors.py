@@ -13,7 +13,7 @@ ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "izo_ref"
 FLOORS = [
     {"_jit", "types", "errors", "options", "version"},
-    {"scalar", "serial", "checks", "exact", "exact_path", "ranges"},
+    {"scalar", "serial", "checks", "exact", "exact_path", "ranges", "tally"},
     {"cpu", "cuda"},
     {
         "gpu",

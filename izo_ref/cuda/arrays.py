@@ -122,3 +122,38 @@ def fill(
     i = cuda.grid(1)
     if i < values_out.shape[0]:
         values_out[i] = value
+
+
+SUM, LARGEST, LEAST = range(3)
+
+
+@cuda_kernel
+def reduce_blocks(
+    # In:
+    values,  # (n, k) i8 or f8
+    column,  # i8
+    operation,  # i8, SUM, LARGEST or LEAST
+    # Out:
+    results_out,  # (n_blocks,) i8 or f8, of each block of THREADS
+):
+    i, k = cuda.grid(1), cuda.threadIdx.x
+    # all threads of a block come to each barrier
+    part = cuda.shared.array(THREADS, values.dtype)
+    begin = i - k
+    n = min(values.shape[0] - begin, cuda.blockDim.x)
+    if k < n:
+        part[k] = values[i, column]
+    while n > 1:
+        cuda.syncthreads()
+        half = (n + 1) // 2
+        if k + half < n:
+            other = part[k + half]
+            if operation == SUM:
+                part[k] += other
+            elif operation == LARGEST:
+                part[k] = max(part[k], other)
+            else:
+                part[k] = min(part[k], other)
+        n = half
+    if k == 0:
+        results_out[cuda.blockIdx.x] = part[0]

@@ -127,3 +127,17 @@ def joined(parts):
             result[at : at + part.shape[0]].copy_to_device(part)
         at += part.shape[0]
     return result
+
+
+def reduced(values, operation, column=0):
+    """SUM, LARGEST or LEAST of a column of (n, k) i8 or f8, n > 0; on the processor.
+
+    In blocks, then blocks of blocks: sums are the same from run to run.
+    """
+    while True:
+        n_blocks = -(-values.shape[0] // THREADS)
+        results = empty(n_blocks, values.dtype)
+        kernels.reduce_blocks[values.shape[0]](values, column, operation, results)
+        if n_blocks == 1:
+            return on_host(results)[0]
+        values, column = as_column(results), 0

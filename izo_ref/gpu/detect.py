@@ -5,13 +5,13 @@ that there is no limit; of these the contacts, and of those the impacts, sorted.
 """
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
 from izo_ref.broad import bare_tree, box_frame, morton_grid
 from izo_ref.cuda import advance as frames
 from izo_ref.cuda import contacts, paths, tree
+from izo_ref.cuda.arrays import LARGEST, SUM
 from izo_ref.gpu.arrays import (
     counted,
     empty,
@@ -21,12 +21,14 @@ from izo_ref.gpu.arrays import (
     on_device,
     on_host,
     order_of,
+    reduced,
     starts_of,
     take,
     total_of,
 )
 from izo_ref.scalar.advance import MAX_STEPS
 from izo_ref.serial.tree import WIDTH, Tree
+from izo_ref.tally import Tally
 from izo_ref.types import Impacts
 
 # Pairs that are looked at in one launch: what is kept of each takes 64 bytes until the contacts
@@ -72,12 +74,12 @@ class Detector:
         scene: `Scene`.
 
     Attributes:
-        pairs: those that the last detection looked at, by kind.
+        tally: `Tally` of the last detection.
     """
 
     def __init__(self, scene):
         start = scene.positions_t0
-        self.pairs = {"vertex_face": 0, "edge_edge": 0}
+        self.tally = Tally()
         self._n = len(start)
         self._has_faces = len(scene.faces) > 0
         if not self._has_faces:
@@ -104,6 +106,7 @@ class Detector:
             `Impacts` on the device: vertex-face pairs by vertex and face, then edge-edge
             pairs by edges.
         """
+        self.tally = Tally()
         if not self._has_faces:
             return _joined_impacts([])
         moved = empty(self._n, np.bool_)
@@ -127,8 +130,8 @@ class Detector:
 
     def _impacts(self, first, second, excluded, positions_t1, moved):
         pairs = _meeting_pairs(first, second)
-        self.pairs["edge_edge" if first is second else "vertex_face"] = pairs.shape[0]
-        pairs, toi, directions = self._contacts(pairs, first.tree, second.tree, positions_t1)
+        kind = "edge_edge" if first is second else "vertex_face"
+        pairs, toi, directions = self._contacts(kind, pairs, first.tree, second.tree, positions_t1)
         n = pairs.shape[0]
         keys, nodes = empty(n, np.int64), empty((n, 4), np.int32)
         trees = first.tree.order, first.tree.nodes, second.tree.order, second.tree.nodes
@@ -146,7 +149,7 @@ class Detector:
         )
         return Impacts(nodes, kinds, toi, weights, normals)
 
-    def _contacts(self, pairs, first, second, positions_t1):
+    def _contacts(self, kind, pairs, first, second, positions_t1):
         """Those that are not proved apart, their times and directions; by batches of pairs."""
         found = []
         for begin in range(0, max(pairs.shape[0], 1), BATCH):
@@ -170,6 +173,9 @@ class Detector:
                 toi,
                 directions,
             )
+            if n:
+                proofs, most = reduced(tallies, SUM, 1), reduced(tallies, LARGEST, 2)
+                self.tally.add(kind, n, proofs, most)
             is_contact = empty(n, np.bool_)
             paths.touching[n](tallies, is_contact)
             own = indices_of(is_contact)
@@ -177,19 +183,14 @@ class Detector:
         return tuple(joined(parts) for parts in zip(*found, strict=True))
 
 
-class Tally(NamedTuple):
-    """What a detection looked at."""
-
-    moved: int  # vertices that ended elsewhere than in the detection before
-    pairs: dict  # by kind
-
-
 class HostDetector:
-    """The same for a loop on the processor, called as `izo_ref.detect.Detector` is."""
+    """A detector for a step on the processor, called as `izo_ref.detect.Detector` is.
 
-    def __init__(self, scene):
-        self._detector = Detector(scene)
-        self._seen = None
+    `seen`: (n_vertices, 3) f8 [m] on the processor, where the last path ended, if there was one.
+    """
+
+    def __init__(self, detector: Detector, seen=None):
+        self._detector, self._seen = detector, seen
 
     def find(self, positions_t1) -> Impacts:
         moved = len(positions_t1)
@@ -197,13 +198,14 @@ class HostDetector:
             moved = np.count_nonzero((positions_t1 != self._seen).any(axis=1))
         self._seen = positions_t1.copy()
         found = self._detector.find(on_device(positions_t1))
-        self.tally = Tally(int(moved), dict(self._detector.pairs))
+        self.tally = self._detector.tally
+        self.tally.moved = int(moved)
         return Impacts(*(on_host(column) for column in found))
 
 
 def impacts_of_scene(scene) -> Impacts:
     """What `izo_ref.find_impacts` finds, on the processor."""
-    return HostDetector(scene).find(scene.positions_t1)
+    return HostDetector(Detector(scene)).find(scene.positions_t1)
 
 
 def _meeting_pairs(queries: Elements, leaves: Elements):

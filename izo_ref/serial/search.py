@@ -14,3 +14,16 @@ def is_among(value, ascending):
         else:
             high = middle
     return low < ascending.shape[0] and ascending[low] == value
+
+
+@compiled
+def part_of(i, starts):
+    """Which part i is in, of parts that begin at starts (n + 1,); none is empty."""
+    low, high = 0, starts.shape[0] - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if starts[middle] <= i:
+            low = middle
+        else:
+            high = middle
+    return low

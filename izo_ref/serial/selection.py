@@ -33,3 +33,25 @@ def select_in_order(
         if selected_out[j] or not all_new:
             for k in range(4):
                 seen[nodes[j, k]] = True
+
+
+# An impact whose free vertices have less weight than this in all is between pinned points:
+# a free vertex would have to move a billion times as far as the gap is to open.
+NO_WEIGHT = 1e-9
+
+
+@compiled
+def is_prescribed(j, nodes, weights, pinned):
+    """Whether impact j, of nodes and weights (n_impacts, 4), is between pinned points."""
+    weight = 0.0
+    for k in range(4):
+        if not pinned[nodes[j, k]]:
+            weight += abs(weights[j, k])
+    return weight < NO_WEIGHT
+
+
+@compiled
+def prescribed_impacts(nodes, weights, pinned, prescribed_out):
+    """Which impacts are between pinned points: (n_impacts,) b1."""
+    for j in range(nodes.shape[0]):
+        prescribed_out[j] = is_prescribed(j, nodes, weights, pinned)

@@ -1,0 +1,291 @@
+"""Where a step stands, and what the outer loop does to it, on the device.
+
+`izo_ref/step.py` is the same on the processor, and says what each method does. The processor
+sees counts, and the zones that the device could not solve.
+"""
+
+import numpy as np
+
+from izo_ref import solve, step
+from izo_ref.cuda import advance, paths, zones
+from izo_ref.cuda import step as kernels
+from izo_ref.cuda.arrays import LEAST, SUM
+from izo_ref.gpu.arrays import (
+    as_column,
+    empty,
+    filled,
+    indices_of,
+    joined,
+    on_device,
+    on_host,
+    reduced,
+    starts_of,
+    take,
+)
+from izo_ref.gpu.detect import Detector, HostDetector
+from izo_ref.gpu.selection import select_impacts
+from izo_ref.gpu.solve import Rows, solve_zones
+from izo_ref.gpu.zones import build_zones
+from izo_ref.options import LAGRANGIAN
+from izo_ref.step import Detected
+from izo_ref.types import Impacts, no_impacts
+from izo_ref.zones import Zones, zone_system
+
+
+class Step:
+    """Where a step stands; attributes as of `izo_ref.step.Step`, on the device.
+
+    Args:
+        scene: `Scene`.
+        thickness: [m].
+        options: `Options`.
+
+    Attributes:
+        n_left: zones that the processor solved, of all that were to be solved.
+    """
+
+    def __init__(self, scene, thickness, options):
+        self.scene, self.n_left = scene, 0
+        self._thickness, self._options, self._detector = thickness, options, Detector(scene)
+        self._n = len(scene.pinned)
+        free_masses = np.where(scene.pinned, 0.0, scene.masses)
+        self._total_mass = float(free_masses.sum())
+        self._masses, self._pinned = on_device(free_masses), on_device(scene.pinned)
+        inverse = np.where(scene.pinned, 0.0, 1.0 / np.sqrt(scene.masses))
+        self._inverse_sqrt_masses = on_device(inverse)
+        self._targets = on_device(scene.positions_t1)
+        self.longest = (self._targets, -1.0)
+        self._seen = None
+        nothing = Impacts(*(on_device(column) for column in no_impacts()))
+        self.begin(nothing, empty(0, np.float64))
+
+    def begin(self, impacts: Impacts, multipliers):
+        self.positions = _copy(self._targets)
+        self.impacts, self.multipliers = impacts, multipliers
+        self.active = empty(self.n_impacts, np.bool_)
+        kernels.positive[self.n_impacts](multipliers, self.active)
+        self.stuck = filled(self._n, False, np.bool_)
+
+    def begin_anew(self):
+        index = indices_of(self.active)
+        kept, n = _take_impacts(self.impacts, index), index.shape[0]
+        weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
+        advance.closest_frames[n](self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
+        kept = kept._replace(weights=weights, normals=normals)
+        self.begin(kept, take(self.multipliers, index))
+
+    def save(self):
+        return self.positions, self.impacts, self.multipliers, self.active, self.stuck
+
+    def restore(self, saved):
+        self.positions, self.impacts, self.multipliers, self.active, self.stuck = saved
+
+    @property
+    def n_impacts(self) -> int:
+        return self.impacts.toi.shape[0]
+
+    @property
+    def n_active(self) -> int:
+        return indices_of(self.active).shape[0]
+
+    def objective(self) -> float:
+        if self._total_mass == 0.0:
+            return 0.0
+        terms = empty(self._n, np.float64)
+        kernels.objective_terms[self._n](self.positions, self._targets, self._masses, terms)
+        return float(reduced(as_column(terms), SUM)) / self._total_mass
+
+    def detect(self) -> Detected:
+        found = self._detector.find(self.positions)
+        n, time_free = found.toi.shape[0], 1.0
+        if n:
+            # bits of floats that are not negative are in their order
+            bits = reduced(as_column(found.toi.view(np.int64)), LEAST)
+            time_free = float(np.int64(bits).view(np.float64))
+        if time_free > self.longest[1]:
+            self.longest = (_copy(self.positions), time_free)
+        prescribed, others = empty(n, np.bool_), empty(n, np.bool_)
+        kernels.prescribed_impacts[n](found.nodes, found.weights, self._pinned, prescribed, others)
+        index = indices_of(others)
+        n_found = index.shape[0]
+        self.found = found if n_found == n else _take_impacts(found, index)
+        candidates = sum(self._detector.tally.pairs.values())
+        return Detected(n_found, n - n_found, self._count_moved(), candidates)
+
+    def _count_moved(self):
+        seen, self._seen = self._seen, _copy(self.positions)
+        if seen is None:
+            return self._n
+        moved = empty(self._n, np.bool_)
+        paths.moved_vertices[self._n](seen, self.positions, moved)
+        return indices_of(moved).shape[0]
+
+    def select(self) -> int:
+        n = self.found.toi.shape[0]
+        hopeful = empty(n, np.bool_)
+        kernels.hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
+        new = _take_impacts(self.found, indices_of(hopeful))
+        new = _take_impacts(new, select_impacts(new, self._pinned, self._options.selection))
+        both = zip(self.impacts, new, strict=True)
+        self.impacts = Impacts(*(joined(columns) for columns in both))
+        return new.toi.shape[0]
+
+    def solve(self, first_new: int):
+        grouped = build_zones(self.impacts, self._pinned)
+        n_zones = len(grouped)
+        missing = self.n_impacts - self.multipliers.shape[0]
+        self.multipliers = joined([self.multipliers, filled(missing, 0.0, np.float64)])
+        self.active = joined([self.active, filled(missing, False, np.bool_)])
+        changed = filled(n_zones, True, np.bool_)
+        if "changed-zones" in self._options.rules:
+            offsets = grouped.impact_offsets
+            kernels.changed_zones[n_zones](grouped.impacts, offsets, first_new, changed)
+        chosen = empty(n_zones, np.bool_)
+        kernels.zones_to_solve[n_zones](changed, self._spread_stuck(grouped), chosen)
+        part = _zones_of(grouped, chosen)
+        if len(part):
+            self._solve_part(part)
+        return n_zones, len(part)
+
+    def _spread_stuck(self, grouped):
+        """A zone with a stuck vertex is stuck: (n_zones,) b1."""
+        vertices, zone_of = grouped.vertices, _parts_of(grouped.vertex_offsets, grouped.vertices)
+        n, stuck = vertices.shape[0], filled(len(grouped), False, np.bool_)
+        kernels.stuck_zones[n](vertices, zone_of, self.stuck, stuck)
+        kernels.stick_together[n](vertices, zone_of, stuck, self.stuck)
+        return stuck
+
+    def _solve_part(self, part):
+        """Solve zones on the device, and those that it leaves on the processor."""
+        rows, hopeless = self._scaled_rows(part)
+        solution = solve_zones(rows, self._thickness, self._options)
+        n, m = part.vertices.shape[0], part.impacts.shape[0]
+        zone_of_row = _parts_of(part.impact_offsets, part.impacts)
+        kernels.fail_hopeless[m](hopeless, zone_of_row, solution.solved)
+        kernels.move_vertices[n](
+            part.vertices,
+            _parts_of(part.vertex_offsets, part.vertices),
+            solution.solved,
+            self._targets,
+            self._inverse_sqrt_masses,
+            solution.z,
+            self.positions,
+        )
+        kernels.keep_multipliers[m](
+            part.impacts,
+            zone_of_row,
+            solution.solved,
+            solution.multipliers,
+            rows.lengths,
+            self.multipliers,
+            self.active,
+        )
+        left = empty(len(part), np.bool_)
+        kernels.opposite[len(part)](solution.solved, left)
+        part = _zones_of(part, left)
+        if len(part):
+            self._solve_on_host(part)
+
+    def _scaled_rows(self, part):
+        """`Rows` of zones, and which of them nothing can satisfy."""
+        n = part.impacts.shape[0]
+        own = _take_impacts(self.impacts, part.impacts)
+        unknowns, hopeless = empty((n, 4), np.int32), empty(n, np.bool_)
+        coefficients, rhs, lengths = (empty(s, np.float64) for s in ((n, 4), n, n))
+        zones.scaled_rows[n](
+            own.nodes,
+            own.weights,
+            own.normals,
+            self._targets,
+            self._inverse_sqrt_masses,
+            self._thickness,
+            unknowns,
+            coefficients,
+            rhs,
+            lengths,
+            hopeless,
+        )
+        places = empty(self._n, np.int32)
+        kernels.places_of[part.vertices.shape[0]](part.vertices, places)
+        kernels.number_unknowns[n](places, unknowns)
+        offsets = part.impact_offsets, part.vertex_offsets
+        return Rows(*offsets, unknowns, coefficients, own.normals, rhs, lengths), hopeless
+
+    def _solve_on_host(self, part):
+        self.n_left += len(part)
+        own = _on_host(_take_impacts(self.impacts, part.impacts))
+        grouped = Zones(*(on_host(column) for column in part))
+        local = Zones(np.arange(len(own.toi)), *grouped[1:])
+        everything = np.arange(len(part))
+        system = zone_system(self.scene, own, local, everything, self._thickness)
+        of_device = self._options.method in LAGRANGIAN or self._options.preset is not None
+        device = "cuda" if of_device else "cpu"
+        solution = solve.solve_system(system, self._options, device=device)
+        solved = np.repeat(solution.feasible, np.diff(grouped.vertex_offsets))
+        vertices = grouped.vertices
+        free = solution.positions[: len(vertices)]
+        _put(vertices[solved], free[solved], self.positions)
+        stuck = vertices[~solved]
+        _put(stuck, np.ones((len(stuck), 1), bool), as_column(self.stuck))
+        for own, values in (
+            (solution.multipliers, self.multipliers),
+            (solution.active, self.active),
+        ):
+            _put(grouped.impacts, as_column(own), as_column(values))
+
+    def on_host(self):
+        seen = None if self._seen is None else on_host(self._seen)
+        detector = HostDetector(self._detector, seen)
+        same = step.Step(self.scene, self._thickness, self._options, detector)
+        same.positions = on_host(self.positions)
+        same.impacts = _on_host(self.impacts)
+        same.multipliers, same.active = on_host(self.multipliers), on_host(self.active)
+        same.stuck = on_host(self.stuck)
+        same.longest = (on_host(self.longest[0]), self.longest[1])
+        return same
+
+
+def _copy(array):
+    result = empty(array.shape, array.dtype)
+    if array.size:
+        result.copy_to_device(array)
+    return result
+
+
+def _take_impacts(impacts, index):
+    return Impacts(*(take(column, index) for column in impacts))
+
+
+def _on_host(impacts):
+    return Impacts(*(on_host(column) for column in impacts))
+
+
+def _parts_of(starts, members):
+    """(n,) i8, the part that each of the members is in."""
+    parts = empty(members.shape[0], np.int64)
+    kernels.parts_of[members.shape[0]](starts, parts)
+    return parts
+
+
+def _zones_of(grouped, chosen):
+    """`Zones`: those chosen, (n_zones,) b1."""
+    index = indices_of(chosen)
+    if index.shape[0] == len(grouped):
+        return grouped
+    columns = []
+    for members, starts in (grouped[:2], grouped[2:]):
+        flags, sizes = empty(members.shape[0], np.bool_), empty(len(grouped), np.int64)
+        kernels.members_of_chosen[members.shape[0]](_parts_of(starts, members), chosen, flags)
+        kernels.sizes_of[len(grouped)](starts, sizes)
+        columns.append(take(members, indices_of(flags)))
+        columns.append(_offsets(take(sizes, index)))
+    return Zones(*columns)
+
+
+def _offsets(sizes):
+    return starts_of(sizes) if sizes.shape[0] else filled(1, 0, np.int64)
+
+
+def _put(index, rows, values):
+    """values[index] = rows, of the processor."""
+    kernels.put_rows[len(index)](on_device(index), on_device(rows), values)
