@@ -5,6 +5,7 @@ import pytest
 
 from izo_ref.cuda import _jit
 from izo_ref.cuda import arrays as kernels
+from izo_ref.cuda.arrays import LARGEST, LEAST, SUM
 from izo_ref.errors import DeviceMemoryError
 from izo_ref.gpu import arrays
 
@@ -38,6 +39,17 @@ def test_orders_are_stable(rng, n):
     keys = rng.integers(-3, 4, n) << 40
     order = arrays.on_host(arrays.order_of(arrays.on_device(keys)))
     assert np.array_equal(order, np.argsort(keys, kind="stable"))
+
+
+@pytest.mark.parametrize("n", [*SIZES, THREADS**2 + 2])
+def test_columns_are_reduced(rng, n):
+    for values in (rng.normal(size=(n, 3)), rng.integers(-9, 9, (n, 3))):
+        own = arrays.on_device(values)
+        assert arrays.reduced(own, LARGEST, 1) == values[:, 1].max()
+        assert arrays.reduced(own, LEAST, 2) == values[:, 2].min()
+        # of n terms, whatever the order
+        bound = n * 2.0**-53 * np.abs(values[:, 0]).sum()
+        assert abs(arrays.reduced(own, SUM) - values[:, 0].sum()) <= bound
 
 
 def test_rows_are_taken_and_joined(rng):

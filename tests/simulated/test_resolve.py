@@ -30,7 +30,7 @@ def scenes(rng):
     return {
         "face": vertex_over_face(),
         "sheets": two_sheets(rng, 3),
-        "pinned": two_sheets(rng, 2, pinned_below=True),
+        "pinned": two_sheets(rng, 3, pinned_below=True),
         "fits": pinch(0.05),
         "apart": apart,
     }
@@ -104,7 +104,7 @@ def test_a_spent_budget(rng):
 
 def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
-    scene, steps = two_sheets(rng, 2), []
+    scene, steps = two_sheets(rng, 3), []
     expected = izo_ref.resolve(scene, 1e-3)
     begin = step.Step.on_host
     monkeypatch.setattr(step.Step, "on_host", lambda own: steps.append(own) or begin(own))
