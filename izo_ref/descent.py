@@ -8,7 +8,7 @@ from izo_ref.cpu import lagrangian as kernels
 from izo_ref.methods import METHODS, PRESETS, chosen_settings
 from izo_ref.options import Options
 from izo_ref.rows import ScaledRows, SystemSolution
-from izo_ref.serial.descent import LBFGS, NEWTON
+from izo_ref.serial.descent import LBFGS, NEWTON, Settings
 from izo_ref.serial.directions.lbfgs import PAIRS
 from izo_ref.zones import ZoneSystem
 
@@ -85,6 +85,8 @@ class Layout(NamedTuple):
     """Where a zone's numbers are: its vertices, then one more that all pinned ones share."""
 
     nodes: np.ndarray  # (n_impacts, 4) u4, where the coordinates begin in the zone
+    entries: np.ndarray  # (n_entries,) i4, 4 j + k: impact j, of all, of each vertex
+    entry_starts: np.ndarray  # (n_vertices + n_zones + 1,) i8, of each vertex, pinned ones too
     row_offsets: np.ndarray  # (n_zones + 1,) i8, of unknowns
     memory_offsets: np.ndarray  # (n_zones + 1,) i8, of the directions' memory
     place: np.ndarray  # (n_free, 3) i8, unknowns of a vertex
@@ -101,7 +103,17 @@ def _layout(system, rows, direction):
     vectors, numbers = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (3, 0)}.get(direction, (0, 0))
     memory_offsets = vectors * row_offsets + numbers * zones
     place = place[:, None] + np.arange(3)
-    return Layout(nodes.astype(np.uint32), row_offsets, memory_offsets, place)
+    entries = _entries(system, rows, row_offsets, nodes)
+    return Layout(nodes.astype(np.uint32), *entries, row_offsets, memory_offsets, place)
+
+
+def _entries(system, rows, row_offsets, nodes):
+    """Of each vertex that is not pinned its impacts, ascending, and where they begin."""
+    _, per_impact, _ = _sizes(system)
+    entry = np.flatnonzero(rows.unknowns >= 0)
+    vertex = (np.repeat(row_offsets[:-1], per_impact)[:, None] + nodes).ravel()[entry] // 3
+    counts = np.bincount(vertex, minlength=row_offsets[-1] // 3)
+    return entry[np.argsort(vertex, kind="stable")], np.concatenate(([0], np.cumsum(counts)))
 
 
 def _penalties(system, options, rows, preset):
@@ -115,19 +127,66 @@ def _penalties(system, options, rows, preset):
     return *METHODS[options.method].penalties(options, coupling), ones
 
 
-def _launch(kernel, system, settings, scaled, layout, penalties, traces, dtype):
-    """Run it; (x (n_free, 3), multipliers, steps) in the variables of `scaled`."""
-    n, m = layout.row_offsets[-1], len(layout.nodes)
-    curvatures = np.ones(n, dtype)
+class Inputs(NamedTuple):
+    """What the kernel reads; shapes and types are in its contract."""
+
+    zones: np.ndarray
+    impact_offsets: np.ndarray
+    row_offsets: np.ndarray
+    memory_offsets: np.ndarray
+    nodes: np.ndarray
+    coefficients: np.ndarray
+    entries: np.ndarray
+    arms: np.ndarray
+    entry_starts: np.ndarray
+    normals: np.ndarray
+    starts: np.ndarray
+    metres: np.ndarray
+    curvatures: np.ndarray
+    mus: np.ndarray
+    mu_caps: np.ndarray
+    first_steps: np.ndarray
+    units: np.ndarray
+    settings: Settings
+
+
+class Results(NamedTuple):
+    """What it writes, but for work space."""
+
+    x: np.ndarray
+    multipliers: np.ndarray
+    steps: np.ndarray
+    trace: np.ndarray
+
+
+def work_space(inputs: Inputs, n_memory, n_threads=1):
+    """Shapes and types of the arrays of zeros that the kernel wants behind its results."""
+    n, m, dtype = inputs.curvatures.shape[0], inputs.nodes.shape[0], inputs.curvatures.dtype
+    of_threads = (inputs.units.shape[0], n_threads, 9), np.float64
+    return ((4, n), dtype), ((3, m), dtype), ((n_memory,), dtype), of_threads
+
+
+def _solve_on_host(inputs: Inputs, results: Results):
+    work = work_space(inputs, inputs.memory_offsets[-1])
+    kernels.solve_lagrangian(*inputs, *results, *(np.zeros(*array) for array in work))
+
+
+def _inputs(system, settings, scaled, layout, penalties, dtype) -> Inputs:
+    rows, ks = np.divmod(layout.entries, 4)
+    firsts = np.repeat(system.impact_offsets[:-1], np.diff(system.impact_offsets))
+    arms = scaled.coefficients[rows, ks][:, None] * system.normals[rows]
+    curvatures = np.ones(layout.row_offsets[-1], dtype)
     curvatures[layout.place] = scaled.curvatures[:, None]
-    x, multipliers = np.zeros(n, dtype), np.zeros(m, dtype)
-    steps = np.zeros(len(traces), np.int32)
-    kernel(
+    return Inputs(
+        np.arange(len(scaled.units)),
         system.impact_offsets,
         layout.row_offsets,
         layout.memory_offsets,
         layout.nodes,
         scaled.coefficients.astype(dtype),
+        (rows - firsts[rows]).astype(np.uint32),
+        arms.astype(dtype),
+        layout.entry_starts.astype(np.uint64),
         system.normals.astype(dtype),
         scaled.starts.astype(dtype),
         scaled.metres.astype(dtype),
@@ -135,16 +194,7 @@ def _launch(kernel, system, settings, scaled, layout, penalties, traces, dtype):
         *penalties,
         scaled.units,
         settings,
-        x,
-        multipliers,
-        steps,
-        traces,
-        np.zeros((4, n), dtype),
-        np.zeros((3, m), dtype),
-        np.zeros(layout.memory_offsets[-1], dtype),
-        np.zeros((len(traces), 9)),
     )
-    return x[layout.place], multipliers, steps
 
 
 def descend(
@@ -152,28 +202,28 @@ def descend(
     options: Options,
     rows: ScaledRows,
     trace: bool = False,
-    kernel=kernels.solve_lagrangian,
+    solve=_solve_on_host,
 ) -> SystemSolution:
     """The page's methods, in scaled variables or in those of the system a preset is from.
 
-    With `trace` the solution has that of the first zone. `kernel` is that of the processor,
-    or what runs that of a GPU.
+    With `trace` the solution has that of the first zone. `solve` runs the kernel of the
+    processor, or that of a GPU.
     """
     n_zones = len(system.impact_offsets) - 1
     preset = PRESETS.get(options.preset)
     settings = chosen_settings(options, system.thickness)
     scaled = _preset_scaling(system, rows, preset) if preset else _own_scaling(system, rows)
-    traces = np.zeros((n_zones, settings.max_steps if trace else 0, 2))
-    x, multipliers, steps = _launch(
-        kernel,
-        system,
-        settings,
-        scaled,
-        _layout(system, rows, settings.direction),
-        _penalties(system, options, rows, preset),
-        traces,
-        np.dtype(options.precision),
+    dtype, layout = np.dtype(options.precision), _layout(system, rows, settings.direction)
+    penalties = _penalties(system, options, rows, preset)
+    results = Results(
+        np.zeros(layout.row_offsets[-1], dtype),
+        np.zeros(len(layout.nodes), dtype),
+        np.zeros(n_zones, np.int32),
+        np.zeros((n_zones, settings.max_steps if trace else 0, 2)),
     )
+    solve(_inputs(system, settings, scaled, layout, penalties, dtype), results)
+    x, multipliers, steps, traces = results
+    x = x[layout.place]
     displacements = np.zeros_like(system.targets)
     displacements[: len(x)] = scaled.lengths[:, None] * x
     multipliers = scaled.forces * multipliers

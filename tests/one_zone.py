@@ -5,6 +5,7 @@ import numpy as np
 from izo_ref.methods import chosen_settings
 from izo_ref.options import Options
 from izo_ref.serial.lagrangian import Zone
+from izo_ref.serial.team import ALONE
 from tests.naive.qp import dense_rows
 
 
@@ -19,9 +20,13 @@ def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
 
     moved = unknowns(x, 0.0)
     vectors = [np.zeros(len(moved), dtype) for _ in range(4)]
+    entries = np.argsort(problem.nodes, axis=None, kind="stable")
     zone = Zone(
         (3 * problem.nodes).astype(np.uint32),
         problem.weights.astype(dtype),
+        (entries // 4).astype(np.uint32),
+        (problem.weights.ravel()[entries, None] * problem.normals[entries // 4]).astype(dtype),
+        np.searchsorted(np.sort(problem.nodes, axis=None), np.arange(n + 2)).astype(np.uint64),
         problem.normals.astype(dtype),
         starts.astype(dtype),
         np.ones(m, dtype),
@@ -34,6 +39,7 @@ def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
         np.zeros(m, dtype),
         np.zeros(memory * len(moved), dtype),
         np.zeros(9),
+        ALONE,
     )
     return zone, rows
 

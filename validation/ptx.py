@@ -25,6 +25,7 @@ CAPABILITIES = ((8, 0), (9, 0), (10, 0))
 DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": "int8"} | {
     "u1": "uint8",
     "u4": "uint32",
+    "u8": "uint64",
     "b1": "boolean",
 }
 RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}

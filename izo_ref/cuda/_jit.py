@@ -14,10 +14,16 @@ from izo_ref._jit import CACHE_FOLDER, setting
 THREADS = 128  # of a block, where a kernel does not say
 
 
+def device_function(function):
+    """Compile what kernels call and the processor has not."""
+    return cuda.jit(function, device=True, fastmath=False)
+
+
 class Kernel:
     """A kernel; `kernel[n](...)` runs it on n threads, or a few more to fill the last block.
 
-    It is launched on the default stream, so launches run one after the other.
+    `kernel.in_blocks(n, size, shared_bytes)(...)` runs it in n blocks of as many threads. It is
+    launched on the default stream, so launches run one after the other.
     """
 
     def __init__(self, function):
@@ -26,14 +32,15 @@ class Kernel:
             self._dispatcher = cuda.jit(function, fastmath=False, cache=True)
 
     def __getitem__(self, n_threads):
-        n_blocks, size = -(-int(n_threads) // THREADS), min(int(n_threads), THREADS)
+        return self.in_blocks(-(-int(n_threads) // THREADS), min(int(n_threads), THREADS))
 
+    def in_blocks(self, n_blocks, size, shared_bytes=0):
         def launch(*arrays):
             if n_blocks == 0:
                 return
             # few blocks are what a scene with little to do is: nothing to warn of
             with setting(config, "CUDA_LOW_OCCUPANCY_WARNINGS", 0):
-                configured = self._dispatcher[n_blocks, size]
+                configured = self._dispatcher[n_blocks, size, 0, shared_bytes]
             configured(*arrays)
 
         return launch

@@ -115,9 +115,9 @@ def count_up(
 @cuda_kernel
 def fill(
     # In:
-    value,  # f8 or i8 or b1 or i1
+    value,  # f8 or f4 or i8 or b1 or i1
     # Out:
-    values_out,  # (n,) f8 or i8 or b1 or i1
+    values_out,  # (n,) f8 or f4 or i8 or b1 or i1
 ):
     i = cuda.grid(1)
     if i < values_out.shape[0]:

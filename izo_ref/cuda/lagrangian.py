@@ -1,8 +1,9 @@
-"""Augmented-Lagrangian solvers that take one zone a thread."""
+"""Augmented-Lagrangian solvers that take one zone a block (page, figure `gpu_architecture`)."""
 
 from numba import cuda
 
 from izo_ref.cuda._jit import cuda_kernel
+from izo_ref.cuda.team import block
 from izo_ref.serial.descent import minimise
 from izo_ref.serial.lagrangian import Zone
 
@@ -10,11 +11,15 @@ from izo_ref.serial.lagrangian import Zone
 @cuda_kernel
 def solve_lagrangian(
     # In:
+    zones,  # (n,) i8, those to solve
     impact_offsets,  # (n_zones + 1,) i8
     row_offsets,  # (n_zones + 1,) i8, of a zone's unknowns; 3 for pinned vertices at the end
     memory_offsets,  # (n_zones + 1,) i8
     nodes,  # (n_impacts, 4) u4, 3 times the zone's own vertex
     coefficients,  # (n_impacts, 4) f8 or f4, 0 for pinned
+    entries,  # (n_entries,) u4, impacts of each vertex, numbers in its zone
+    arms,  # (n_entries, 3) f8 or f4, coefficient times normal of each
+    entry_starts,  # (n_unknowns / 3 + 1,) u8
     normals,  # (n_impacts, 3) f8 or f4
     starts,  # (n_impacts,) f8 or f4, constraints at x = 0
     metres,  # (n_impacts,) f8 or f4  [m], violation of a constraint of 1
@@ -32,16 +37,19 @@ def solve_lagrangian(
     vectors_out,  # (4, n_unknowns) f8 or f4, work space
     rows_out,  # (3, n_impacts) f8 or f4, work space
     memory_out,  # (n_memory,) f8 or f4, work space
-    states_out,  # (n_zones, 9) f8, zeros, work space
+    states_out,  # (n_zones, n_threads, 9) f8, zeros, work space; as many as work on a zone
 ):
-    zone = cuda.grid(1)
-    if zone < impact_offsets.shape[0] - 1:
+    if cuda.blockIdx.x < zones.shape[0]:
+        zone = zones[cuda.blockIdx.x]
         a, b = impact_offsets[zone], impact_offsets[zone + 1]
         i, k = row_offsets[zone], row_offsets[zone + 1]
         steps_out[zone] = minimise(
             Zone(
                 nodes[a:b],
                 coefficients[a:b],
+                entries,
+                arms,
+                entry_starts[i // 3 : k // 3 + 1],
                 normals[a:b],
                 starts[a:b],
                 metres[a:b],
@@ -56,7 +64,8 @@ def solve_lagrangian(
                 rows_out[1, a:b],
                 rows_out[2, a:b],
                 memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
-                states_out[zone],
+                states_out[zone, cuda.threadIdx.x],
+                block(),
             ),
             settings,
             mus[zone],

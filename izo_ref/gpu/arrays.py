@@ -54,6 +54,11 @@ def filled(n, value, dtype):
     return result
 
 
+def zeros(shape, dtype):
+    """An array of zeros."""
+    return filled(math.prod(shape), 0, dtype).reshape(shape)
+
+
 def counted(n, first=0):
     """(n,) i8, first, first + 1, ..."""
     result = empty(n, np.int64)

@@ -114,7 +114,7 @@ def choose_step(zone, settings, line):
 def move(zone, settings, length, iteration):
     """x + length p, accelerated or not, and the constraints there."""
     step, state = zone.x.dtype.type(length), zone.state
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         zone.direction[i] *= step
         zone.x[i] += zone.direction[i]
     renew = iteration % 32 == 31
@@ -125,14 +125,14 @@ def move(zone, settings, length, iteration):
     if renew:
         renew_constraints(zone)
     else:
-        for j in range(zone.constraints.size):
+        for j in range(zone.team.rank(), zone.constraints.size, zone.team.size()):
             zone.constraints[j] -= step * zone.along[j]
 
 
 @compiled
 def learn(zone, settings):
     """Of the step just made: y = g - g_before for cg, and a pair for lbfgs."""
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         zone.previous[i] = zone.gradient[i] - zone.previous[i]
     if settings.direction == LBFGS:
         stored = int(zone.state[STORED])
@@ -158,8 +158,9 @@ def inner_done(zone, settings, found, change):
     if found.gradient_sq <= settings.eps_g**2:
         return True
     length_sq = 0.0
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         length_sq += zone.direction[i] * zone.direction[i]
+    length_sq = zone.team.total(length_sq)
     largest = max(abs(found.value), abs(found.value - change), 1.0)
     return math.sqrt(length_sq) <= settings.eps_x or -change <= settings.eps_f * largest
 
@@ -209,10 +210,10 @@ def begin(zone, mu, first_step):
     state, largest = zone.state, 0.0
     state[MU], state[STEP], state[OMEGA] = mu, first_step, 1.0
     state[WORST], state[BEST] = math.inf, math.inf
-    for j in range(zone.starts.size):
+    for j in range(zone.team.rank(), zone.starts.size, zone.team.size()):
         zone.constraints[j] = zone.starts[j]
         largest = max(largest, abs(zone.starts[j]))
-    return largest
+    return zone.team.largest(largest, 0.0)[0]
 
 
 @compiled
@@ -228,7 +229,7 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
     while True:
         found = evaluate(zone, state[MU])
         if not fresh:
-            if iteration > 0 and iteration <= trace_out.shape[0]:
+            if zone.team.rank() == 0 and 0 < iteration <= trace_out.shape[0]:
                 trace_out[iteration - 1, 0] = unit * found.objective
                 trace_out[iteration - 1, 1] = found.violation_m
             if iteration >= settings.max_steps:
@@ -267,6 +268,6 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
         state[INNER] += 1.0
         iteration += 1
     if not settings.faithful:
-        for j in range(zone.pushed.size):
+        for j in range(zone.team.rank(), zone.pushed.size, zone.team.size()):
             zone.multipliers[j] = max(state[MU] * zone.pushed[j], 0.0)
     return iteration

@@ -8,6 +8,9 @@ w = 2 kappa. The caller chooses the variables: metres, or those of SPEC 5.
 
 Pinned vertices are one row of x more, the last, with coefficient zero: no branches.
 
+A zone is worked on by one thread or by several (`team.py`): rows write rows, and each vertex
+gathers from its rows in their order, so that nobody adds to what another adds to.
+
 Source: XRTailor documentation, "Impact Zone Optimization", eqs. 5 to 11; eq. 9 with the
 slack eliminated (clamped), as it is meant.
 """
@@ -17,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref._jit import compiled
+from izo_ref.serial.team import Team
 
 
 class Zone(NamedTuple):
@@ -28,6 +32,9 @@ class Zone(NamedTuple):
 
     nodes: np.ndarray  # (m, 4) u4, 3 times the vertex: where its coordinates begin
     coefficients: np.ndarray  # (m, 4), a
+    entries: np.ndarray  # (n_entries,) u4, rows of each vertex
+    arms: np.ndarray  # (n_entries, 3), a N of the vertex in each
+    entry_starts: np.ndarray  # (n / 3 + 1,) u8, where those of each vertex begin
     normals: np.ndarray  # (m, 3), N
     starts: np.ndarray  # (m,), s, the constraints at x = 0
     metres: np.ndarray  # (m,), violation in m of c = 1
@@ -40,9 +47,10 @@ class Zone(NamedTuple):
     previous: np.ndarray  # (n,), the gradient (cg, lbfgs) or x (chebyshev) one step before
     constraints: np.ndarray  # (m,), c
     pushed: np.ndarray  # (m,), c + l / mu; a row is active where this is positive
-    along: np.ndarray  # (m,), A p
+    along: np.ndarray  # (m,), A p; in between what rows hand to their vertices
     memory: np.ndarray  # flat, vectors of lbfgs or of newton
-    state: np.ndarray  # (9,) f8, numbers that the loop and the directions keep
+    state: np.ndarray  # (9,) f8, numbers that the loop and the directions keep, of each thread
+    team: Team
 
 
 class Measures(NamedTuple):
@@ -63,7 +71,7 @@ class Measures(NamedTuple):
 @compiled
 def row_products(zone, vector, rows_out):
     """A v: N_j . sum_k a_jk v_jk."""
-    for j in range(rows_out.size):
+    for j in range(zone.team.rank(), rows_out.size, zone.team.size()):
         value = vector.dtype.type(0)
         for k in range(4):
             i = zone.nodes[j, k]
@@ -77,9 +85,24 @@ def row_products(zone, vector, rows_out):
 @compiled
 def renew_constraints(zone):
     """c = s - A x, without what updates step by step have added in rounding."""
+    zone.team.wait()
     row_products(zone, zone.x, zone.constraints)
-    for j in range(zone.constraints.size):
+    for j in range(zone.team.rank(), zone.constraints.size, zone.team.size()):
         zone.constraints[j] = zone.starts[j] - zone.constraints[j]
+
+
+@compiled
+def gathered(zone, vertex, factor, values):
+    """factor sum_j a_jk N_j v_j over the rows of a vertex: three numbers."""
+    zero = values.dtype.type(0)
+    x, y, z = zero, zero, zero
+    for e in range(zone.entry_starts[vertex], zone.entry_starts[vertex + 1]):
+        value = factor * values[zone.entries[e]]
+        if value != 0:
+            x += value * zone.arms[e, 0]
+            y += value * zone.arms[e, 1]
+            z += value * zone.arms[e, 2]
+    return x, y, z
 
 
 @compiled
@@ -89,37 +112,40 @@ def evaluate(zone, penalty):
     As multipliers that pair has max(l + mu c, 0), for which the gradient is what is missing
     from stationarity; so the duality gap is error / 2 + products (SPEC section 8).
     """
+    team = zone.team
     mu = zone.x.dtype.type(penalty)
     inverse = zone.x.dtype.type(1.0 / penalty)
-    for i in range(zone.x.size):
-        zone.gradient[i] = zone.curvatures[i] * zone.x[i]
     squares, products, shift_sq, largest_shift, violation_m = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(zone.constraints.size):
+    for j in range(team.rank(), zone.constraints.size, team.size()):
         c, rest = zone.constraints[j], zone.multipliers[j] * inverse
         pushed = c + rest
         zone.pushed[j] = pushed
+        zone.along[j] = pushed if pushed > 0 else 0
         violation_m = max(violation_m, c * zone.metres[j])
         shift = min(-c, rest)
         shift_sq += shift * shift
         largest_shift = max(largest_shift, abs(shift))
         squares -= rest * rest
         if pushed > 0:
-            push = mu * pushed
             squares += pushed * pushed
-            products += push * abs(c)
-            for k in range(4):
-                pull = push * zone.coefficients[j, k]
-                i = zone.nodes[j, k]
-                zone.gradient[i] -= pull * zone.normals[j, 0]
-                zone.gradient[i + 1] -= pull * zone.normals[j, 1]
-                zone.gradient[i + 2] -= pull * zone.normals[j, 2]
+            products += mu * pushed * abs(c)
+    squares, products, shift_sq = team.totals(squares, products, shift_sq)
+    largest_shift, violation_m = team.largest(largest_shift, violation_m)
+    for vertex in range(team.rank(), zone.x.size // 3, team.size()):
+        pulls, i = gathered(zone, vertex, mu, zone.along), 3 * vertex
+        zone.gradient[i] = zone.curvatures[i] * zone.x[i] - pulls[0]
+        zone.gradient[i + 1] = zone.curvatures[i + 1] * zone.x[i + 1] - pulls[1]
+        zone.gradient[i + 2] = zone.curvatures[i + 2] * zone.x[i + 2] - pulls[2]
+    team.wait()
     objective, error, gradient_sq, largest, pull = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(zone.x.size):
+    for i in range(team.rank(), zone.x.size, team.size()):
         g, own = zone.gradient[i], zone.curvatures[i] * zone.x[i]
         objective += own * zone.x[i]
         gradient_sq += g * g
         error += g * g / zone.curvatures[i]
         largest, pull = max(largest, abs(g)), max(pull, abs(own))
+    objective, error, gradient_sq = team.totals(objective, error, gradient_sq)
+    largest, pull = team.largest(largest, pull)
     return Measures(
         0.5 * objective + 0.5 * penalty * squares,
         0.5 * objective,
@@ -137,16 +163,17 @@ def evaluate(zone, penalty):
 @compiled
 def prepare_line(zone, penalty):
     """A p, and of L along p: slope, curvature without that of active rows, and with it."""
-    slope, curvature, active = 0.0, 0.0, 0.0
-    for i in range(zone.x.size):
+    team, slope, curvature, active = zone.team, 0.0, 0.0, 0.0
+    for i in range(team.rank(), zone.x.size, team.size()):
         p = zone.direction[i]
         slope += zone.gradient[i] * p
         curvature += zone.curvatures[i] * p * p
+    slope, curvature, _ = team.totals(slope, curvature, 0.0)
     row_products(zone, zone.direction, zone.along)
-    for j in range(zone.along.size):
+    for j in range(team.rank(), zone.along.size, team.size()):
         if zone.pushed[j] > 0:
             active += zone.along[j] * zone.along[j]
-    return slope, curvature, curvature + penalty * active
+    return slope, curvature, curvature + penalty * team.total(active)
 
 
 @compiled
@@ -159,7 +186,7 @@ def along_line(zone, penalty, slope, curvature, step):
     t = c + l / mu, and one that enters (t - step q)^2, each times mu / 2.
     """
     value, rise, second = 0.0, 0.0, 0.0
-    for j in range(zone.pushed.size):
+    for j in range(zone.team.rank(), zone.pushed.size, zone.team.size()):
         t, q = zone.pushed[j], zone.along[j]
         move = step * q
         if t > 0.0:
@@ -174,6 +201,7 @@ def along_line(zone, penalty, slope, curvature, step):
             value += (t - move) ** 2
             rise += (move - t) * q
             second += q * q
+    value, rise, second = zone.team.totals(value, rise, second)
     return (
         step * (slope + 0.5 * curvature * step) + 0.5 * penalty * value,
         slope + curvature * step + penalty * rise,
@@ -184,7 +212,7 @@ def along_line(zone, penalty, slope, curvature, step):
 @compiled
 def update_multipliers(zone, penalty):
     """Page eq. 9, clamped: l <- max(l + mu c, 0)."""
-    for j in range(zone.multipliers.size):
+    for j in range(zone.team.rank(), zone.multipliers.size, zone.team.size()):
         pushed = zone.constraints[j] * penalty + zone.multipliers[j]
         zone.multipliers[j] = max(pushed, 0.0)
 
@@ -193,12 +221,12 @@ def update_multipliers(zone, penalty):
 def hessian_diagonal(zone, penalty):
     """Diagonal of the generalised Hessian diag(w) + mu sum_active a a^T."""
     mu = zone.x.dtype.type(penalty)
-    for i in range(zone.x.size):
-        zone.diagonal[i] = zone.curvatures[i]
-    for j in range(zone.pushed.size):
-        if zone.pushed[j] > 0:
-            for k in range(4):
-                i, a = zone.nodes[j, k], zone.coefficients[j, k]
+    for vertex in range(zone.team.rank(), zone.x.size // 3, zone.team.size()):
+        for axis in range(3):
+            i = 3 * vertex + axis
+            zone.diagonal[i] = zone.curvatures[i]
+        for e in range(zone.entry_starts[vertex], zone.entry_starts[vertex + 1]):
+            if zone.pushed[zone.entries[e]] > 0:
                 for axis in range(3):
-                    entry = a * zone.normals[j, axis]
-                    zone.diagonal[i + axis] += mu * entry * entry
+                    zone.diagonal[3 * vertex + axis] += mu * zone.arms[e, axis] ** 2
+    zone.team.wait()

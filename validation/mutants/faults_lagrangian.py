@@ -23,10 +23,26 @@ LAGRANGIAN = [
     Fault(
         "newton-with-all-rows",
         "izo_ref/serial/directions/newton.py",
-        "            if zone.pushed[j] > 0:\n",
-        "            if zone.coefficients[j, 0] == zone.coefficients[j, 0]:\n",
+        "        if zone.pushed[j] > 0:\n",
+        "        if zone.coefficients[j, 0] == zone.coefficients[j, 0]:\n",
         "the generalised Hessian takes rows that are not active",
         (DIRECTIONS,),
+    ),
+    Fault(
+        "no-wait-for-the-rows",
+        "izo_ref/serial/directions/newton.py",
+        "    team.wait()\n    for vertex",
+        "    for vertex",
+        "vertices gather from rows that other threads have not come to yet",
+        ("tests/test_simulator.py",),
+    ),
+    Fault(
+        "sums-of-the-first-warp",
+        "izo_ref/cuda/team.py",
+        "        for part in range(at, results, 3 * WARP):\n            a += shared[part]\n",
+        "        for part in range(at, at + 3, 3 * WARP):\n            a += shared[part]\n",
+        "of a block of more threads than a warp only the first ones are summed",
+        ("tests/test_simulator.py",),
     ),
     Fault(
         "lbfgs-oldest-pair-first",

@@ -48,9 +48,8 @@ SOLVERS = [
     Fault(
         "unsynchronised-sum-on-a-vertex",
         "izo_ref/serial/lagrangian.py",
-        "                zone.gradient[i] -= pull * zone.normals[j, 0]\n",
-        "                own = zone.curvatures[i] * zone.x[i]\n"
-        "                zone.gradient[i] = own - pull * zone.normals[j, 0]\n",
+        "            x += value * zone.arms[e, 0]\n",
+        "            x = value * zone.arms[e, 0]\n",
         "of the impacts that push one vertex only the last counts, as in a race without atomics",
         ("tests/test_lagrangian.py",),
         ELSEWHERE,

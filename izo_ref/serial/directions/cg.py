@@ -20,13 +20,14 @@ from izo_ref._jit import compiled
 def cg_direction(zone, restart):
     """p = -g + beta p; takes y from `zone.previous` and leaves g there."""
     hestenes, dai, curvature = 0.0, 0.0, 0.0
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         g = zone.gradient[i]
         hestenes += g * zone.previous[i]
         dai += g * g
         curvature += zone.direction[i] * zone.previous[i]
+    hestenes, dai, curvature = zone.team.totals(hestenes, dai, curvature)
     keep = curvature > 0.0 and not restart
     beta = zone.x.dtype.type(max(0.0, min(hestenes, dai)) / curvature if keep else 0.0)
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         zone.direction[i] = beta * zone.direction[i] - zone.gradient[i]
         zone.previous[i] = zone.gradient[i]

@@ -27,7 +27,7 @@ def accelerate(zone, omega):
     `zone.previous` holds x_{k-1} as x_before, and x_k afterwards.
     """
     factor = zone.x.dtype.type(omega)
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         here, before = zone.x[i], zone.previous[i]
         zone.previous[i] = here - zone.direction[i]
         zone.x[i] = factor * (here - before) + before
@@ -40,6 +40,6 @@ def goes_uphill(zone):
     Source: B. O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes (2015).
     """
     slope = 0.0
-    for i in range(zone.x.size):
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         slope += zone.gradient[i] * (zone.x[i] - zone.previous[i])
-    return slope > 0.0
+    return zone.team.total(slope) > 0.0
