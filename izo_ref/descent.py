@@ -12,6 +12,8 @@ from izo_ref.serial.descent import LBFGS, NEWTON, Settings
 from izo_ref.serial.directions.lbfgs import PAIRS
 from izo_ref.zones import ZoneSystem
 
+NEWTON_VECTORS = 3  # of its memory, as long as x
+
 
 class Scaled(NamedTuple):
     """A system in the variables of the solver; `unit` by zone, the others by row or vertex."""
@@ -100,7 +102,9 @@ def _layout(system, rows, direction):
     nodes = 3 * np.where(rows.unknowns < 0, pinned, rows.unknowns - first)
     row_offsets = 3 * (system.vertex_offsets + zones)
     place = 3 * (np.arange(system.vertex_offsets[-1]) + np.repeat(zones[:-1], per_vertex))
-    vectors, numbers = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (3, 0)}.get(direction, (0, 0))
+    vectors, numbers = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (NEWTON_VECTORS, 0)}.get(
+        direction, (0, 0)
+    )
     memory_offsets = vectors * row_offsets + numbers * zones
     place = place[:, None] + np.arange(3)
     entries = _entries(system, rows, row_offsets, nodes)
@@ -156,6 +160,8 @@ class Results(NamedTuple):
     x: np.ndarray
     multipliers: np.ndarray
     steps: np.ndarray
+    gaps: np.ndarray
+    violations: np.ndarray
     trace: np.ndarray
 
 
@@ -219,11 +225,12 @@ def descend(
         np.zeros(layout.row_offsets[-1], dtype),
         np.zeros(len(layout.nodes), dtype),
         np.zeros(n_zones, np.int32),
+        np.zeros(n_zones),
+        np.zeros(n_zones),
         np.zeros((n_zones, settings.max_steps if trace else 0, 2)),
     )
     solve(_inputs(system, settings, scaled, layout, penalties, dtype), results)
-    x, multipliers, steps, traces = results
-    x = x[layout.place]
+    x, multipliers, steps = results.x[layout.place], results.multipliers, results.steps
     displacements = np.zeros_like(system.targets)
     displacements[: len(x)] = scaled.lengths[:, None] * x
     multipliers = scaled.forces * multipliers
@@ -235,5 +242,5 @@ def descend(
         ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1]),
         steps,
         np.full(n_zones, preset.method if preset else options.method),
-        traces[0, : steps[0]] if trace else None,
+        results.trace[0, : steps[0]] if trace else None,
     )

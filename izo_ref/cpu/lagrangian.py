@@ -33,6 +33,8 @@ def solve_lagrangian(
     x_out,  # (n_unknowns,) f8 or f4, displacements
     multipliers_out,  # (n_impacts,) f8 or f4
     steps_out,  # (n_zones,) i4
+    gaps_out,  # (n_zones,) f8, relative duality gap of the answer, as the solver sees it
+    violations_out,  # (n_zones,) f8  [m], and its largest violation
     trace_out,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
     vectors_out,  # (4, n_unknowns) f8 or f4, work space
     rows_out,  # (3, n_impacts) f8 or f4, work space
@@ -43,7 +45,7 @@ def solve_lagrangian(
         zone = zones[number]
         a, b = impact_offsets[zone], impact_offsets[zone + 1]
         i, k = row_offsets[zone], row_offsets[zone + 1]
-        steps_out[zone] = minimise(
+        steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(
             Zone(
                 nodes[a:b],
                 coefficients[a:b],

@@ -6,6 +6,7 @@ from izo_ref.cuda._jit import cuda_kernel
 from izo_ref.cuda.team import block
 from izo_ref.serial.descent import minimise
 from izo_ref.serial.lagrangian import Zone
+from izo_ref.serial.search import first_not_below
 
 
 @cuda_kernel
@@ -33,6 +34,8 @@ def solve_lagrangian(
     x_out,  # (n_unknowns,) f8 or f4, displacements
     multipliers_out,  # (n_impacts,) f8 or f4
     steps_out,  # (n_zones,) i4
+    gaps_out,  # (n_zones,) f8, relative duality gap of the answer, as the solver sees it
+    violations_out,  # (n_zones,) f8  [m], and its largest violation
     trace_out,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
     vectors_out,  # (4, n_unknowns) f8 or f4, work space
     rows_out,  # (3, n_impacts) f8 or f4, work space
@@ -43,7 +46,7 @@ def solve_lagrangian(
         zone = zones[cuda.blockIdx.x]
         a, b = impact_offsets[zone], impact_offsets[zone + 1]
         i, k = row_offsets[zone], row_offsets[zone + 1]
-        steps_out[zone] = minimise(
+        steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(
             Zone(
                 nodes[a:b],
                 coefficients[a:b],
@@ -74,3 +77,152 @@ def solve_lagrangian(
             units[zone],
             trace_out[zone],
         )
+
+
+@cuda_kernel
+def largest_sides(
+    # In:
+    zones,  # (n,) i8
+    impact_offsets,  # (n_zones + 1,) i8
+    rhs,  # (n_impacts,) f8  [m kg^1/2]
+    # Out:
+    largest_out,  # (n_zones,) f8  [m kg^1/2], |rhs| of each of these zones; 1 if there is none
+):
+    if cuda.blockIdx.x < zones.shape[0]:
+        zone, team, largest = zones[cuda.blockIdx.x], block(), 0.0
+        for j in range(impact_offsets[zone] + team.rank(), impact_offsets[zone + 1], team.size()):
+            largest = max(largest, abs(rhs[j]))
+        largest, _ = team.largest(largest, 0.0)
+        largest_out[zone] = largest if largest > 0.0 else 1.0
+
+
+@cuda_kernel
+def scale_rows(
+    # In:
+    zone_of,  # (n_impacts,) i8
+    vertex_offsets,  # (n_zones + 1,) i8
+    largest,  # (n_zones,) f8  [m kg^1/2], of |rhs|
+    chosen,  # (n_zones,) b1
+    unknowns,  # (n_impacts, 4) i4, -1 for pinned
+    rhs,  # (n_impacts,) f8  [m kg^1/2]
+    lengths,  # (n_impacts,) f8  [kg^-1/2]
+    # Out:
+    nodes_out,  # (n_impacts, 4) u4, 3 times the zone's own vertex
+    coefficients_out,  # (n_impacts, 4) f8, becomes 0 for pinned
+    starts_out,  # (n_impacts,) f8
+    metres_out,  # (n_impacts,) f8  [m]
+    is_entry_out,  # (4 n_impacts,) b1, of a zone that is chosen, and not pinned
+):
+    j = cuda.grid(1)
+    if j < rhs.shape[0]:
+        zone = zone_of[j]
+        first, pinned = vertex_offsets[zone], vertex_offsets[zone + 1] - vertex_offsets[zone]
+        starts_out[j], metres_out[j] = rhs[j] / largest[zone], largest[zone] * lengths[j]
+        for k in range(4):
+            is_free = unknowns[j, k] >= 0
+            nodes_out[j, k] = 3 * (unknowns[j, k] - first if is_free else pinned)
+            is_entry_out[4 * j + k] = is_free and chosen[zone]
+            if not is_free:
+                coefficients_out[j, k] = 0.0
+
+
+@cuda_kernel
+def vertices_of_entries(
+    # In:
+    entries,  # (n_entries,) i8, 4 j + k
+    zone_of,  # (n_impacts,) i8
+    unknowns,  # (n_impacts, 4) i4
+    # Out:
+    vertices_out,  # (n_entries,) i8, with one more in each zone that pinned ones share
+):
+    e = cuda.grid(1)
+    if e < entries.shape[0]:
+        j, k = entries[e] // 4, entries[e] % 4
+        vertices_out[e] = unknowns[j, k] + zone_of[j]
+
+
+@cuda_kernel
+def arms_of_entries(
+    # In:
+    entries,  # (n_entries,) i8, 4 j + k, by vertex
+    zone_of,  # (n_impacts,) i8
+    impact_offsets,  # (n_zones + 1,) i8
+    coefficients,  # (n_impacts, 4) f8
+    normals,  # (n_impacts, 3) f8
+    # Out:
+    entries_out,  # (n_entries,) u4, the zone's own impact
+    arms_out,  # (n_entries, 3) f8, coefficient times normal
+):
+    e = cuda.grid(1)
+    if e < entries.shape[0]:
+        j, k = entries[e] // 4, entries[e] % 4
+        entries_out[e] = j - impact_offsets[zone_of[j]]
+        for axis in range(3):
+            arms_out[e, axis] = coefficients[j, k] * normals[j, axis]
+
+
+@cuda_kernel
+def starts_of_vertices(
+    # In:
+    vertices,  # (n_entries,) i8, ascending
+    # Out:
+    starts_out,  # (n_vertices + 1,) u8, where the entries of each begin
+):
+    vertex = cuda.grid(1)
+    if vertex < starts_out.shape[0]:
+        starts_out[vertex] = first_not_below(vertex, vertices)
+
+
+@cuda_kernel
+def offsets_of_zones(
+    # In:
+    vertex_offsets,  # (n_zones + 1,) i8
+    vectors,  # i8, of memory, as long as x
+    # Out:
+    row_offsets_out,  # (n_zones + 1,) i8, of unknowns
+    memory_offsets_out,  # (n_zones + 1,) i8
+):
+    zone = cuda.grid(1)
+    if zone < vertex_offsets.shape[0]:
+        row_offsets_out[zone] = 3 * (vertex_offsets[zone] + zone)
+        memory_offsets_out[zone] = vectors * row_offsets_out[zone]
+
+
+@cuda_kernel
+def take_answers(
+    # In:
+    chosen,  # (n_zones,) b1
+    zone_of_impact,  # (n_impacts,) i8
+    zone_of_vertex,  # (n_vertices,) i8
+    largest,  # (n_zones,) f8  [m kg^1/2]
+    x,  # (n_unknowns,) f8
+    multipliers,  # (n_impacts,) f8
+    # Out:
+    multipliers_out,  # (n_impacts,) f8  [m kg^1/2]
+    z_out,  # (3 n_vertices,) f8  [m kg^1/2]
+):
+    i = cuda.grid(1)
+    if i < zone_of_impact.shape[0] and chosen[zone_of_impact[i]]:
+        multipliers_out[i] = largest[zone_of_impact[i]] * multipliers[i]
+    if i < zone_of_vertex.shape[0] and chosen[zone_of_vertex[i]]:
+        for axis in range(3):
+            at = 3 * (i + zone_of_vertex[i]) + axis
+            z_out[3 * i + axis] = largest[zone_of_vertex[i]] * x[at]
+
+
+@cuda_kernel
+def judge_zones(
+    # In:
+    zones,  # (n,) i8
+    gaps,  # (n_zones,) f8, relative duality gap
+    violations,  # (n_zones,) f8  [m]
+    gap_tolerance,  # f8
+    violation_tolerance,  # f8  [m]
+    # Out:
+    solved_out,  # (n_zones,) b1, of these zones
+):
+    i = cuda.grid(1)
+    if i < zones.shape[0]:
+        zone = zones[i]
+        holds = violations[zone] <= violation_tolerance
+        solved_out[zone] = holds and gaps[zone] <= gap_tolerance

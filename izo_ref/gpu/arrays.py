@@ -40,6 +40,14 @@ def on_device(array):
     return result
 
 
+def copied(array):
+    """Another array of the device with the same content."""
+    result = empty(array.shape, array.dtype)
+    if array.size:
+        result.copy_to_device(array)
+    return result
+
+
 def on_host(array):
     """A copy of the processor."""
     if array.size == 0:

@@ -1,15 +1,38 @@
 """The augmented-Lagrangian methods on the device, one zone a block."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from izo_ref.cuda import lagrangian as kernels
 from izo_ref.cuda.team import WARP, shared_bytes
-from izo_ref.descent import Inputs, Results, work_space
-from izo_ref.gpu.arrays import on_device, on_host, total_of, zeros
+from izo_ref.descent import NEWTON_VECTORS, Inputs, Results, work_space
+from izo_ref.gpu.arrays import (
+    copied,
+    empty,
+    filled,
+    indices_of,
+    on_device,
+    on_host,
+    order_of,
+    take,
+    total_of,
+    zeros,
+)
+from izo_ref.methods import METHODS, chosen_settings
 
 # Threads of a block: for zones of a few impacts, and for others. More than 256 would leave each
 # fewer registers than the kernel has.
 FEW, MANY = WARP, 256
+# For zones that one thread is too slow for: of the methods here the one that comes to 1e-9 on all
+# families but one (reports/inner.html), in some ten to ninety steps.
+NEWTON = {
+    "method": "newton",
+    "line_search": "exact",
+    "multiplier_update": "inner-solve",
+    "penalty": "grown",
+    "max_steps": 200,
+}
 
 
 def solve_on_device(inputs: Inputs, results: Results, n_threads: int):
@@ -18,6 +41,105 @@ def solve_on_device(inputs: Inputs, results: Results, n_threads: int):
     kernels.solve_lagrangian.in_blocks(inputs.zones.shape[0], n_threads, shared_bytes(n_threads))(
         *inputs, *results, *(zeros(*array) for array in work)
     )
+
+
+def solve_rows(rows, zone_of, chosen, thickness, options, solution):
+    """Solve some of the zones by the semismooth Newton method; those that it gets right are solved.
+
+    Args:
+        rows: `Rows`, of the device.
+        zone_of: zones of impacts and of vertices, (n_impacts,) and (n_vertices,) i8.
+        chosen: (n_zones,) b1, those to solve.
+        thickness: [m].
+        options: `Options`.
+        solution: `Solution`, written.
+    """
+    n_zones, zones = chosen.shape[0], indices_of(chosen)
+    newton = replace(options, **NEWTON)
+    settings = chosen_settings(newton, thickness)
+    inputs, largest = _inputs(rows, zone_of[0], zones, chosen, settings, newton)
+    results = Results(
+        zeros((inputs.curvatures.shape[0],), np.float64),
+        zeros((rows.rhs.shape[0],), np.float64),
+        *(empty(n_zones, dtype) for dtype in (np.int32, np.float64, np.float64)),
+        empty((n_zones, 0, 2), np.float64),
+    )
+    solve_on_device(inputs, results, MANY)
+    n_most = max(zone_of[0].shape[0], zone_of[1].shape[0])
+    answers = results.x, results.multipliers
+    kernels.take_answers[n_most](chosen, *zone_of, largest, *answers, *solution[:2])
+    tolerances = options.gap_tolerance, options.violation_tolerance * thickness
+    kernels.judge_zones[zones.shape[0]](
+        zones, results.gaps, results.violations, *tolerances, solution.solved
+    )
+
+
+def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
+    """`Inputs` in the variables of SPEC 5, each zone in units of its largest rhs; and these."""
+    n, m = chosen.shape[0], rows.rhs.shape[0]
+    n_padded = total_of(rows.vertex_offsets) + n
+    largest = filled(n, 1.0, np.float64)
+    kernels.largest_sides.in_blocks(zones.shape[0], MANY, shared_bytes(MANY))(
+        zones, rows.impact_offsets, rows.rhs, largest
+    )
+    nodes, coefficients = empty((m, 4), np.uint32), copied(rows.coefficients)
+    starts, metres, is_entry = (
+        empty(m, np.float64),
+        empty(m, np.float64),
+        empty(4 * m, np.bool_),
+    )
+    kernels.scale_rows[m](
+        zone_of_impact,
+        rows.vertex_offsets,
+        largest,
+        chosen,
+        rows.unknowns,
+        rows.rhs,
+        rows.lengths,
+        nodes,
+        coefficients,
+        starts,
+        metres,
+        is_entry,
+    )
+    entries = indices_of(is_entry)
+    n_entries = entries.shape[0]
+    vertices = empty(n_entries, np.int64)
+    kernels.vertices_of_entries[n_entries](entries, zone_of_impact, rows.unknowns, vertices)
+    order = order_of(vertices)
+    entries, vertices = take(entries, order), take(vertices, order)
+    own, arms = empty(n_entries, np.uint32), empty((n_entries, 3), np.float64)
+    kernels.arms_of_entries[n_entries](
+        entries, zone_of_impact, rows.impact_offsets, coefficients, rows.normals, own, arms
+    )
+    entry_starts = empty(n_padded + 1, np.uint64)
+    kernels.starts_of_vertices[n_padded + 1](vertices, entry_starts)
+    row_offsets, memory_offsets = empty(n + 1, np.int64), empty(n + 1, np.int64)
+    kernels.offsets_of_zones[n + 1](
+        rows.vertex_offsets, NEWTON_VECTORS, row_offsets, memory_offsets
+    )
+    mu, cap = METHODS["newton"].penalties(options, np.ones(1))
+    inputs = Inputs(
+        zones,
+        rows.impact_offsets,
+        row_offsets,
+        memory_offsets,
+        nodes,
+        coefficients,
+        own,
+        arms,
+        entry_starts,
+        rows.normals,
+        starts,
+        metres,
+        filled(3 * n_padded, 1.0, np.float64),
+        filled(n, mu[0], np.float64),
+        filled(n, cap[0], np.float64),
+        filled(n, 1.0, np.float64),
+        largest,  # units, of a trace that is not asked for
+        settings,
+    )
+    return inputs, largest
 
 
 def solve_lagrangian(inputs: Inputs, results: Results):

@@ -1,4 +1,4 @@
-"""Zones solved on the device: small ones one a thread."""
+"""Zones solved on the device: small ones one a thread, others one a block."""
 
 from typing import NamedTuple
 
@@ -7,6 +7,7 @@ import numpy as np
 from izo_ref.cuda import step as choices
 from izo_ref.cuda import zones as kernels
 from izo_ref.gpu.arrays import empty, filled, indices_of, starts_of, take, total_of
+from izo_ref.gpu.lagrangian import solve_rows
 from izo_ref.interior_point import FARTHEST
 from izo_ref.options import Options
 from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
@@ -14,6 +15,8 @@ from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
 # Impacts of a zone that one thread solves: with more, it would be alone for long with what has
 # the cube of them as operations.
 SMALL = 32
+# And with more than this one block would be: the processor factors what such a zone's rows share.
+LARGE = 4096
 
 
 class Rows(NamedTuple):
@@ -36,11 +39,12 @@ class Solution(NamedTuple):
     solved: np.ndarray  # (n_zones,) b1
 
 
-def solve_zones(rows: Rows, thickness: float, options: Options) -> Solution:
+def solve_zones(rows: Rows, zone_of, thickness: float, options: Options) -> Solution:
     """Solve what the device can solve.
 
     Args:
         rows: `Rows`.
+        zone_of: zones of impacts and of vertices, (n_impacts,) and (n_vertices,) i8.
         thickness: [m].
         options: `Options`.
     """
@@ -52,6 +56,10 @@ def solve_zones(rows: Rows, thickness: float, options: Options) -> Solution:
     )
     if options.method == "auto" and options.preset is None:
         _solve_small(rows, thickness, options, n_zones, solution)
+        middle = empty(n_zones, np.bool_)
+        choices.middle_zones[n_zones](rows.impact_offsets, SMALL, LARGE, middle)
+        if indices_of(middle).shape[0]:
+            solve_rows(rows, zone_of, middle, thickness, options, solution)
     return solution
 
 

@@ -12,6 +12,7 @@ from izo_ref.cuda import step as kernels
 from izo_ref.cuda.arrays import LEAST, SUM
 from izo_ref.gpu.arrays import (
     as_column,
+    copied,
     empty,
     filled,
     indices_of,
@@ -60,7 +61,7 @@ class Step:
         self.begin(nothing, empty(0, np.float64))
 
     def begin(self, impacts: Impacts, multipliers):
-        self.positions = _copy(self._targets)
+        self.positions = copied(self._targets)
         self.impacts, self.multipliers = impacts, multipliers
         self.active = empty(self.n_impacts, np.bool_)
         kernels.positive[self.n_impacts](multipliers, self.active)
@@ -103,7 +104,7 @@ class Step:
             bits = reduced(as_column(found.toi.view(np.int64)), LEAST)
             time_free = float(np.int64(bits).view(np.float64))
         if time_free > self.longest[1]:
-            self.longest = (_copy(self.positions), time_free)
+            self.longest = (copied(self.positions), time_free)
         prescribed, others = empty(n, np.bool_), empty(n, np.bool_)
         kernels.prescribed_impacts[n](found.nodes, found.weights, self._pinned, prescribed, others)
         index = indices_of(others)
@@ -113,7 +114,7 @@ class Step:
         return Detected(n_found, n - n_found, self._count_moved(), candidates)
 
     def _count_moved(self):
-        seen, self._seen = self._seen, _copy(self.positions)
+        seen, self._seen = self._seen, copied(self.positions)
         if seen is None:
             return self._n
         moved = empty(self._n, np.bool_)
@@ -158,13 +159,15 @@ class Step:
     def _solve_part(self, part):
         """Solve zones on the device, and those that it leaves on the processor."""
         rows, hopeless = self._scaled_rows(part)
-        solution = solve_zones(rows, self._thickness, self._options)
         n, m = part.vertices.shape[0], part.impacts.shape[0]
         zone_of_row = _parts_of(part.impact_offsets, part.impacts)
+        zone_of_vertex = _parts_of(part.vertex_offsets, part.vertices)
+        zone_of = zone_of_row, zone_of_vertex
+        solution = solve_zones(rows, zone_of, self._thickness, self._options)
         kernels.fail_hopeless[m](hopeless, zone_of_row, solution.solved)
         kernels.move_vertices[n](
             part.vertices,
-            _parts_of(part.vertex_offsets, part.vertices),
+            zone_of_vertex,
             solution.solved,
             self._targets,
             self._inverse_sqrt_masses,
@@ -243,13 +246,6 @@ class Step:
         same.stuck = on_host(self.stuck)
         same.longest = (on_host(self.longest[0]), self.longest[1])
         return same
-
-
-def _copy(array):
-    result = empty(array.shape, array.dtype)
-    if array.size:
-        result.copy_to_device(array)
-    return result
 
 
 def _take_impacts(impacts, index):

@@ -178,6 +178,15 @@ def next_multipliers(zone, settings, found, mu_cap, iteration):
 
 
 @compiled
+def relative_gap(found):
+    """Of (x, max(l + mu c, 0)): what is missing from stationarity and complementarity."""
+    gap = 0.5 * found.error + found.products
+    if found.objective > 0.0:
+        return gap / found.objective
+    return 0.0 if gap == 0.0 else math.inf
+
+
+@compiled
 def is_over(zone, settings, found, largest_start, iteration):
     """Solved; or nothing left but rounding; or no progress for long; or diverging."""
     state = zone.state
@@ -185,10 +194,8 @@ def is_over(zone, settings, found, largest_start, iteration):
         return True
     if settings.faithful:
         return found.error == 0.0 and found.shift_sq == 0.0
-    gap = 0.5 * found.error + found.products
-    if gap <= settings.gap_tolerance * found.objective and (
-        found.violation_m <= settings.violation_m
-    ):
+    gap = relative_gap(found)
+    if gap <= settings.gap_tolerance and found.violation_m <= settings.violation_m:
         return True
     # each of some ten operations on numbers of this size
     unit = 10.0 * settings.rounding
@@ -196,7 +203,7 @@ def is_over(zone, settings, found, largest_start, iteration):
     if found.largest_gradient <= noise and found.largest_shift <= unit * largest_start:
         return True
     violation = found.violation_m / settings.violation_m
-    merit = max(gap / (settings.gap_tolerance * found.objective), violation)
+    merit = max(gap / settings.gap_tolerance, violation)
     if not merit >= 0.5 * state[BEST]:
         state[BEST], state[BEST_AT] = merit, iteration
     # Linear convergence, however slow, halves the merit in a constant number of steps; the
@@ -218,7 +225,7 @@ def begin(zone, mu, first_step):
 
 @compiled
 def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
-    """Run the loop on one zone from x = 0; returns the number of steps.
+    """Run the loop on one zone from x = 0; returns the number of steps, gap and violation.
 
     `unit` makes the objective kg m^2 for `trace_out`, (steps, 2) f8 or empty.
     """
@@ -270,4 +277,4 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
     if not settings.faithful:
         for j in range(zone.team.rank(), zone.pushed.size, zone.team.size()):
             zone.multipliers[j] = max(state[MU] * zone.pushed[j], 0.0)
-    return iteration
+    return iteration, relative_gap(found), found.violation_m

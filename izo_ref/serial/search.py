@@ -4,8 +4,8 @@ from izo_ref._jit import compiled
 
 
 @compiled
-def is_among(value, ascending):
-    """Whether a sorted array has a value."""
+def first_not_below(value, ascending):
+    """Where a sorted array comes to a value, or passes it; its length if it does not."""
     low, high = 0, ascending.shape[0]
     while low < high:
         middle = (low + high) // 2
@@ -13,7 +13,14 @@ def is_among(value, ascending):
             low = middle + 1
         else:
             high = middle
-    return low < ascending.shape[0] and ascending[low] == value
+    return low
+
+
+@compiled
+def is_among(value, ascending):
+    """Whether a sorted array has a value."""
+    place = first_not_below(value, ascending)
+    return place < ascending.shape[0] and ascending[place] == value
 
 
 @compiled

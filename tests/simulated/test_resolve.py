@@ -5,7 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref import Options, Status
-from izo_ref.gpu import solve, step
+from izo_ref.gpu import lagrangian, solve, step
 from tests.shapes import grid, two_sheets, vertex_over_face
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
@@ -102,18 +102,45 @@ def test_a_spent_budget(rng):
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
-def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
+@pytest.fixture
+def steps(monkeypatch):
+    """Those of the device, as they end."""
+    found, on_host = [], step.Step.on_host
+    monkeypatch.setattr(step.Step, "on_host", lambda own: found.append(own) or on_host(own))
+    return found
+
+
+def test_zones_that_are_left_to_the_processor(rng, monkeypatch, steps):
     monkeypatch.setattr(solve, "SMALL", 1)
-    scene, steps = two_sheets(rng, 3), []
+    monkeypatch.setattr(solve, "LARGE", 1)
+    scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
-    begin = step.Step.on_host
-    monkeypatch.setattr(step.Step, "on_host", lambda own: steps.append(own) or begin(own))
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda"), expected)
     assert steps[0].n_left > 0
 
 
+@pytest.mark.parametrize("name", ["sheets", "pinned"])
+def test_zones_of_a_block(rng, monkeypatch, steps, name):
+    monkeypatch.setattr(solve, "SMALL", 1)
+    monkeypatch.setattr(lagrangian, "MANY", 3)
+    scene, options = scenes(rng)[name], Options(relinearize=0)
+    expected = izo_ref.resolve(scene, 1e-3, options=options)
+    found = izo_ref.resolve(scene, 1e-3, "cuda", options)
+    assert steps[0].n_left == 0
+    assert found.status is Status.FREE
+    for own, other in zip(found.impacts[:2], expected.impacts[:2], strict=True):
+        assert np.array_equal(own, other)
+    # both within a gap of 1e-9 of the optimum, so within sqrt(2e-9) of how far that is
+    offsets = [r.positions - scene.positions_t1 for r in (found, expected)]
+    size = np.sqrt((scene.masses[:, None] * offsets[1] ** 2).sum())
+    apart = np.sqrt((scene.masses[:, None] * (offsets[0] - offsets[1]) ** 2).sum())
+    assert 0.0 < apart <= 2.0 * np.sqrt(2e-9) * size
+
+
 @pytest.mark.parametrize("options", [{"method": "jacobi"}, {"preset": "xrtailor"}])
-def test_other_methods(rng, options):
+def test_other_methods(rng, monkeypatch, options):
+    monkeypatch.setattr(lagrangian, "FEW", 1)
+    monkeypatch.setattr(lagrangian, "MANY", 1)
     scene, options = vertex_over_face(), Options(**options)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
