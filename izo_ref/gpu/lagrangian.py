@@ -142,11 +142,16 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
     return inputs, largest
 
 
-def solve_lagrangian(inputs: Inputs, results: Results):
-    """The same on arrays of the processor, called as the processor's own is."""
+def solve_lagrangian(inputs: Inputs, results: Results, timed=lambda call: call()):
+    """The same on arrays of the processor, called as the processor's own is.
+
+    `timed` makes the call that runs the kernel; what it returns is returned.
+    """
     own = Inputs(*(on_device(column) for column in inputs[:-1]), inputs.settings)
     device_results = Results(*(on_device(column) for column in results))
     largest = np.diff(inputs.impact_offsets).max()
-    solve_on_device(own, device_results, FEW if largest <= FEW else MANY)
+    n_threads = FEW if largest <= FEW else MANY
+    said = timed(lambda: solve_on_device(own, device_results, n_threads))
     for result, array in zip(results, device_results, strict=True):
         result[...] = on_host(array)
+    return said

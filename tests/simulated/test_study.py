@@ -1,7 +1,10 @@
 """What the study of the device says, of a scene made here."""
 
+import subprocess
+
 import pytest
 
+from izo_ref.gpu import lagrangian
 from tests.shapes import vertex_over_face
 from validation.report.cuda import cuda_report
 from validation.rows import read
@@ -14,6 +17,10 @@ def one_step(monkeypatch):
     monkeypatch.setattr(cuda.steps, "step_names", lambda: ["falls"])
     monkeypatch.setattr(cuda.steps, "load_step", lambda name: vertex_over_face())
     monkeypatch.setattr(cuda, "REPEATS", 1)
+    monkeypatch.setattr(cuda, "SHEETS", ())
+    monkeypatch.setattr(cuda, "ZONES", (3,))
+    monkeypatch.setattr(cuda, "COPIED", 1 << 10)
+    monkeypatch.setattr(lagrangian, "MANY", 2)
 
 
 def test_detection_is_compared_with_the_processor(tmp_path, one_step):
@@ -24,7 +31,43 @@ def test_detection_is_compared_with_the_processor(tmp_path, one_step):
     assert (row["toi_difference"], row["normal_difference"]) == (0.0, 0.0)
     assert row["gpu"] == "simulator"
     cuda_report(tmp_path, "the command")
-    assert "| falls |" in (tmp_path / "README.md").read_text()
+    text = (tmp_path / "README.md").read_text()
+    assert "| falls |" in text
+    assert text.count("Not measured yet.") == 4
+
+
+def test_whole_steps_and_zones(tmp_path, one_step):
+    for part in ("steps", "zones"):
+        run_parts(cuda.PARTS, tmp_path / "rows", part, print)
+    (row,) = read(tmp_path / "rows", "steps")
+    assert (row["step"], row["status"], row["cpu_status"]) == ("falls", "FREE", "FREE")
+    assert (row["objective"], row["apart_m"], row["same_again"]) == (1.0, 0.0, True)
+    (row,) = read(tmp_path / "rows", "zones")
+    assert row["impacts"] == 3
+    assert row["gap"] <= 1e-9
+    assert row["violation"] <= 1e-9
+    cuda_report(tmp_path, "the command")
+    text = (tmp_path / "README.md").read_text()
+    assert "| falls |" in text
+    assert "| 3 | simulator |" in text
+
+
+@pytest.mark.parametrize("verdict", [0, 9])
+def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
+    run = subprocess.run
+
+    def said(command, **kwargs):
+        if command[0] != "/sanitizer":
+            return run(command, **kwargs)
+        return subprocess.CompletedProcess(command, verdict, "", "===== ERROR SUMMARY: so many\n")
+
+    monkeypatch.setattr(cuda.shutil, "which", lambda name: "/sanitizer")
+    monkeypatch.setattr(cuda.subprocess, "run", said)
+    run_parts(cuda.PARTS, tmp_path / "rows", "memory", print)
+    rows = read(tmp_path / "rows", "memory")
+    assert [row["tool"] for row in rows] == ["memcheck", "racecheck"]
+    assert {row["passed"] for row in rows} == {verdict == 0}
+    assert rows[0]["said"] == "ERROR SUMMARY: so many"
 
 
 def test_pairs_of_one_alone_are_counted():

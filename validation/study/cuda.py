@@ -3,18 +3,41 @@
 Needs numba, numba-cuda, numpy and scipy; ptxas, or a GPU, for what they are there for.
 """
 
+import shutil
+import subprocess
+import sys
+
 import numpy as np
 
-from izo_ref import find_impacts
+from izo_ref import Options, find_impacts, resolve, solve_zone
+from izo_ref.descent import descend
 from izo_ref.errors import DeviceUnavailable
 from izo_ref.gpu.device import require_device
+from izo_ref.rows import scaled_rows
+from izo_ref.zones import problem_system
 from validation import ptx
 from validation.rows import Rows
+from validation.scenes.sheets import meeting_sheets
+from validation.scenes.zones import random_zone
 from validation.study import steps
 from validation.study.timing import measure
 
 REPEATS = 5  # of which the median is taken, after one that does not count
-CPU_BUDGET_S = 20.0  # for those of the processor
+CPU_BUDGET_S, GPU_BUDGET_S = 5.0, 5.0  # for the repeats of a step
+SHEETS = (100_000, 1_000_000)  # triangles of steps made here
+ZONES = (64, 256, 1024, 4096)  # impacts
+COPIED = 1 << 28  # bytes, to measure the bandwidth
+SEED = 20261128
+SANITIZER_S = 120.0
+# a step with every kernel of the loop, zones by threads and by blocks
+SMALL = """
+import numpy as np, izo_ref
+from izo_ref.gpu import solve
+from validation.scenes.sheets import meeting_sheets
+solve.SMALL = 4
+scene = meeting_sheets(np.random.default_rng(1), 300)
+print(izo_ref.resolve(scene, device="cuda").status)
+"""
 
 
 def _kernels(folder, say):
@@ -34,35 +57,171 @@ def _kernels(folder, say):
 
 def _detection(folder, say):
     """All impacts of a step: the same as the processor's, and the time of both."""
-    rows = Rows(folder, "detection", ("step",))
-    try:
-        require_device()
-    except DeviceUnavailable as error:
-        say(f"detection: {error}")
+    rows, gpu = Rows(folder, "detection", ("step",)), _gpu("detection", say)
+    if gpu is None:
         return
-    from numba import cuda
-
     from izo_ref.gpu.arrays import on_device, on_host
     from izo_ref.gpu.detect import Detector
 
-    gpu = getattr(cuda.get_current_device(), "name", "simulator")
-    for step in steps.step_names():
-        if rows.has(step=step):
+    per_ms = _copied_bytes_per_ms()
+    for name, load in _all_steps():
+        if rows.has(step=name):
             continue
-        scene = steps.load_step(step)
+        scene = load()
         detector, end = Detector(scene), on_device(scene.positions_t1)
         found = [on_host(column) for column in detector.find(end)]
         expected = find_impacts(scene)
         rows.add(
-            step=step,
-            gpu=gpu.decode() if isinstance(gpu, bytes) else gpu,
+            step=name,
+            gpu=gpu,
             triangles=len(scene.faces),
             impacts=len(expected.toi),
             **_differences(found, expected),
             gpu_ms=_event_ms(lambda d=detector, e=end: d.find(e)),
+            floor_ms=_least_bytes(scene, detector.tally) / per_ms,
             cpu_ms=1e3 * measure(lambda s=scene: find_impacts(s), REPEATS, CPU_BUDGET_S).seconds,
         )
-        say(f"detection: {step}: {rows.all()[-1]['gpu_ms']:.2f} ms")
+        say(f"detection: {name}: {rows.all()[-1]['gpu_ms']:.2f} ms")
+
+
+def _steps(folder, say):
+    """Whole steps: status and objective of both, how far apart they end, and the time of both."""
+    rows, gpu = Rows(folder, "steps", ("step",)), _gpu("steps", say)
+    if gpu is None:
+        return
+    for name, load in _all_steps():
+        if rows.has(step=name):
+            continue
+        scene = load()
+        own = measure(lambda s=scene: resolve(s, device="cuda"), REPEATS, GPU_BUDGET_S)
+        other = measure(lambda s=scene: resolve(s), REPEATS, CPU_BUDGET_S)
+        found, expected = own.result, other.result
+        repeated = resolve(scene, device="cuda")
+        rows.add(
+            step=name,
+            gpu=gpu,
+            triangles=len(scene.faces),
+            status=found.status.name,
+            cpu_status=expected.status.name,
+            objective=found.objective / expected.objective if expected.objective else 1.0,
+            apart_m=float(np.abs(found.positions - expected.positions).max(initial=0.0)),
+            same_again=bool(np.array_equal(found.positions, repeated.positions)),
+            iterations=len(found.history),
+            cpu_iterations=len(expected.history),
+            loop_ms=1e3 * (repeated.timings["main"] + repeated.timings["relinearize"]),
+            certify_ms=1e3 * repeated.timings["certify"],
+            gpu_ms=1e3 * own.seconds,
+            cpu_ms=1e3 * other.seconds,
+        )
+        say(f"steps: {name}: {rows.all()[-1]['gpu_ms']:.2f} ms")
+
+
+def _zones(folder, say):
+    """One zone alone, by a block of the device and by the processor."""
+    rows, gpu = Rows(folder, "zones", ("impacts",)), _gpu("zones", say)
+    if gpu is None:
+        return
+    from izo_ref.gpu.lagrangian import NEWTON
+
+    own = {name: value for name, value in NEWTON.items() if name != "max_steps"}
+    for n in ZONES:
+        if rows.has(impacts=n):
+            continue
+        problem = random_zone(np.random.default_rng([SEED, n]), n)
+        system, _ = problem_system([problem])
+        options = Options(**own)
+        scaled = scaled_rows(system)
+        kernel_ms = []
+
+        def solve(inputs, results, times=kernel_ms):
+            times.append(_launch_ms(inputs, results))
+
+        for _ in range(REPEATS + 1):
+            descend(system, options, scaled, solve=solve)
+        found = solve_zone(problem, **own, device="cuda")
+        cpu = measure(lambda p=problem: solve_zone(p), REPEATS, CPU_BUDGET_S)
+        rows.add(
+            impacts=n,
+            gpu=gpu,
+            steps=found.iterations,
+            gap=found.residuals.gap,
+            violation=found.residuals.violation,
+            kernel_ms=float(np.median(kernel_ms[1:])),
+            cpu_ms=1e3 * cpu.seconds,
+        )
+        say(f"zones: {n} impacts: {rows.all()[-1]['kernel_ms']:.3f} ms")
+
+
+def _launch_ms(inputs, results):
+    """Of the kernel alone; arrays are on the device before and after."""
+    from izo_ref.gpu import lagrangian
+
+    return lagrangian.solve_lagrangian(inputs, results, _once_ms)
+
+
+def _memory(folder, say):
+    """`compute-sanitizer` on a small step, where it is installed."""
+    rows, gpu = Rows(folder, "memory", ("tool",)), _gpu("memory", say)
+    program = shutil.which("compute-sanitizer")
+    if gpu is None:
+        return
+    if program is None:
+        say("memory: no compute-sanitizer")
+        return
+    for tool in ("memcheck", "racecheck"):
+        if rows.has(tool=tool):
+            continue
+        command = [program, "--tool", tool, "--error-exitcode", "9", sys.executable, "-c", SMALL]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=SANITIZER_S)
+        lines = (done.stdout + done.stderr).strip().splitlines() or ["nothing said"]
+        rows.add(tool=tool, gpu=gpu, passed=done.returncode == 0, said=lines[-1].strip("= "))
+        say(f"memory: {tool}: {lines[-1]}")
+
+
+def _gpu(part, say):
+    """Its name; None, which is said, if there is none."""
+    try:
+        require_device()
+    except DeviceUnavailable as error:
+        say(f"{part}: {error}")
+        return None
+    from numba import cuda
+
+    name = getattr(cuda.get_current_device(), "name", "simulator")
+    return name.decode() if isinstance(name, bytes) else name
+
+
+def _all_steps():
+    """Name of each step, and what loads it: files that are there, and sheets made here."""
+    for name in steps.step_names():
+        yield name, lambda name=name: steps.load_step(name)
+    for size in SHEETS:
+        yield f"meeting-sheets-{size}", lambda n=size: meeting_sheets(_seeded(n), n)
+
+
+def _seeded(size):
+    return np.random.default_rng([SEED, size])
+
+
+def _least_bytes(scene, tally):
+    """What a detection cannot do without moving once, to the device's memory or from it.
+
+    Both ends of the path of each vertex, read; its box, written and read; of each element its
+    vertices, read, and its box, written and read; each pair, written and read.
+    """
+    box = 2 * 9 * 4
+    n_elements = len(scene.pinned) + len(scene.edges) + len(scene.faces)
+    indices = 4 * (len(scene.pinned) + 2 * len(scene.edges) + 3 * len(scene.faces))
+    vertices = len(scene.pinned) * (2 * 24 + box)
+    return vertices + indices + n_elements * box + 2 * 8 * sum(tally.pairs.values())
+
+
+def _copied_bytes_per_ms():
+    """Bytes read and written, of a copy from the device to itself."""
+    from izo_ref.gpu.arrays import copied, filled
+
+    values = filled(COPIED // 8, 0.0, np.float64)
+    return 2 * COPIED / _event_ms(lambda: copied(values))
 
 
 def _differences(found, expected):
@@ -83,18 +242,25 @@ def _differences(found, expected):
 
 
 def _event_ms(call):
+    call()
+    return float(np.median([_once_ms(call) for _ in range(REPEATS)]))
+
+
+def _once_ms(call):
     from numba import cuda
 
+    begin, end = cuda.event(), cuda.event()
+    begin.record()
     call()
-    times = []
-    for _ in range(REPEATS):
-        begin, end = cuda.event(), cuda.event()
-        begin.record()
-        call()
-        end.record()
-        end.synchronize()
-        times.append(begin.elapsed_time(end))
-    return float(np.median(times))
+    end.record()
+    end.synchronize()
+    return begin.elapsed_time(end)
 
 
-PARTS = {"kernels": _kernels, "detection": _detection}
+PARTS = {
+    "kernels": _kernels,
+    "detection": _detection,
+    "zones": _zones,
+    "steps": _steps,
+    "memory": _memory,
+}
