@@ -1,5 +1,7 @@
 """Solve zones: pick the method, launch, wrap."""
 
+from dataclasses import replace
+
 import numpy as np
 from numba import get_num_threads
 
@@ -40,14 +42,15 @@ def solve_system(
         options: `Options`.
         trace: whether the solution says objective and violation after each step.
         start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 where there is none.
-        device: `cpu` or `cuda`.
+        device: `cpu`, or `cuda`, where `auto` is `newton`.
 
     Raises:
         OptionError, DeviceUnavailable.
     """
     rows = scaled_rows(system)
     if checks.device(device) == "cuda":
-        return descend(system, options, rows, trace, _kernel_of_device(options))
+        options, solve = _of_device(options)
+        return descend(system, options, rows, trace, solve)
     if options.method in LAGRANGIAN or options.preset is not None:
         return descend(system, options, rows, trace)
     if options.method in SWEEPS:
@@ -171,8 +174,9 @@ def _keep_centre(z, sqrt_masses):
         z -= moment * (sqrt_masses / (sqrt_masses**2).sum())[:, None]
 
 
-def _kernel_of_device(options):
-    if options.method not in LAGRANGIAN and options.preset is None:
+def _of_device(options):
+    """Options with the method that a GPU has for `auto`, and what runs its kernel."""
+    if options.method not in ("auto", *LAGRANGIAN) and options.preset is None:
         raise DeviceUnavailable(
             f"device 'cuda': method {options.method!r} is of the processor; a GPU has "
             f"{', '.join(LAGRANGIAN)} and the presets"
@@ -180,9 +184,11 @@ def _kernel_of_device(options):
     from izo_ref.gpu.device import require_device
 
     require_device()
-    from izo_ref.gpu.lagrangian import solve_lagrangian
+    from izo_ref.gpu.lagrangian import NEWTON, solve_lagrangian
 
-    return solve_lagrangian
+    if options.method == "auto" and options.preset is None:
+        options = replace(options, **NEWTON)
+    return options, solve_lagrangian
 
 
 def solve_zone(
@@ -214,7 +220,8 @@ def solve_zone(
         precision: `float64`, `float32`.
         trace: whether the solution says objective and violation after each step; the
             augmented-Lagrangian methods and sweeps can.
-        device: `cpu`, or `cuda` for an augmented-Lagrangian method or a preset.
+        device: `cpu`, or `cuda` for an augmented-Lagrangian method or a preset; `auto` is
+            `newton` there.
 
     Returns:
         `ZoneSolution`; its residuals are computed outside the solver.

@@ -89,6 +89,13 @@ def test_presets_step_by_step(rng, monkeypatch, preset):
     assert np.array_equal(found.trace, expected.trace)
 
 
+def test_the_default_of_the_device(rng, monkeypatch):
+    blocks_of(monkeypatch, 3, 2)
+    found = izo_ref.solve_zone(random_problem(rng, 5, mass_ratio=1e3), device="cuda")
+    assert found.method == "newton"
+    assert found.residuals.solved(1e-9, 1e-9)
+
+
 def test_methods_of_the_processor_are_named(rng):
-    with pytest.raises(DeviceUnavailable, match="'auto' is of the processor"):
-        izo_ref.solve_zone(random_problem(rng, 2), device="cuda")
+    with pytest.raises(DeviceUnavailable, match="'interior-point' is of the processor"):
+        izo_ref.solve_zone(random_problem(rng, 2), "interior-point", device="cuda")
