@@ -44,6 +44,8 @@ class Result:
         time_free: until when the path is certified free; 1 if it is. A blocked result is
             the path that was free for the longest time, of all that were tried.
         history: list of `Iteration`.
+        left_to_processor: zones that a GPU did not solve, so that the processor did, counted
+            each time; none of those of the processor alone.
         timings: seconds by stage.
         plan: `Plan`, what was needed of the pipeline.
         options: `Options` used.
@@ -63,6 +65,7 @@ class Result:
     scaled_back: list[ScaledBack]
     time_free: float
     history: list[Iteration]
+    left_to_processor: int
     timings: dict[str, float]
     plan: Plan
     options: Options
@@ -147,6 +150,7 @@ def resolve(
         scaled_back=scaled_back,
         time_free=certificate.time_free,
         history=loop.history,
+        left_to_processor=step.n_left,
         timings=_durations(times),
         plan=needed,
         options=options,

@@ -52,11 +52,12 @@ class Step:
         stuck: (n,) b1, vertices of zones that no positions satisfy.
         found: `Impacts` of the last detection, but those between pinned points.
         longest: positions whose path was free for the longest time, and that time.
+        n_left: zones that a GPU left to the processor.
     """
 
     def __init__(self, scene, thickness, options, detector):
         self.scene = scene
-        self.longest = (scene.positions_t1, -1.0)
+        self.longest, self.n_left = (scene.positions_t1, -1.0), 0
         self._thickness, self._options, self._detector = thickness, options, detector
         self.begin(no_impacts(), np.empty(0))
 

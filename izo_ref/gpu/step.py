@@ -40,9 +40,6 @@ class Step:
         scene: `Scene`.
         thickness: [m].
         options: `Options`.
-
-    Attributes:
-        n_left: zones that the processor solved, of all that were to be solved.
     """
 
     def __init__(self, scene, thickness, options):
@@ -245,6 +242,7 @@ class Step:
         same.multipliers, same.active = on_host(self.multipliers), on_host(self.active)
         same.stuck = on_host(self.stuck)
         same.longest = (on_host(self.longest[0]), self.longest[1])
+        same.n_left = self.n_left
         return same
 
 

@@ -45,6 +45,8 @@ STEPS = {
     "objective / CPU's": "objective",
     "farthest apart [m]": "apart_m",
     "same bits again": "same_again",
+    "zones solved": "solved",
+    "by the CPU": "left",
     "iterations": "iterations",
     "of the CPU ": "cpu_iterations",
     "loop [ms]": "loop_ms",

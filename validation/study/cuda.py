@@ -106,6 +106,8 @@ def _steps(folder, say):
             objective=found.objective / expected.objective if expected.objective else 1.0,
             apart_m=float(np.abs(found.positions - expected.positions).max(initial=0.0)),
             same_again=bool(np.array_equal(found.positions, repeated.positions)),
+            left=found.left_to_processor,
+            solved=sum(line.solved for line in found.history),
             iterations=len(found.history),
             cpu_iterations=len(expected.history),
             loop_ms=1e3 * (repeated.timings["main"] + repeated.timings["relinearize"]),
