@@ -93,7 +93,7 @@ class Step:
     @property
     def n_active(self) -> int:
         """Of these, those that hold x."""
-        return np.count_nonzero(self.active)
+        return int(np.count_nonzero(self.active))
 
     def objective(self) -> float:
         return objective(self.scene, self.positions)
@@ -108,7 +108,7 @@ class Step:
         if self.scene.pinned.any():
             prescribed = np.empty(len(found.toi), bool)
             prescribed_impacts(found.nodes, found.weights, self.scene.pinned, prescribed)
-            n_blocked = np.count_nonzero(prescribed)
+            n_blocked = int(np.count_nonzero(prescribed))
             found = found.take(~prescribed)
         self.found = found
         return Detected(len(found.toi), n_blocked, tally.moved, sum(tally.pairs.values()))
@@ -118,7 +118,7 @@ class Step:
         hopeful = self.found.take(~self.stuck[self.found.nodes].any(axis=1))
         kept = select_impacts(hopeful, self.scene.pinned, self._options.selection)
         self.impacts = join_impacts((self.impacts, hopeful.take(kept)))
-        return np.count_nonzero(kept)
+        return int(np.count_nonzero(kept))
 
     def solve(self, first_new: int):
         """Solve the zones with an impact from `first_new` on; others keep their solution.

@@ -26,14 +26,6 @@ ZONE = [
         ("tests/test_simulator.py",),
     ),
     Fault(
-        "device-solves-what-is-stuck",
-        "izo_ref/cuda/step.py",
-        "        chosen_out[zone] = changed[zone] and not stuck[zone]\n",
-        "        chosen_out[zone] = changed[zone]\n",
-        "on a GPU zones that no positions satisfy are solved again",
-        ("tests/test_simulator.py",),
-    ),
-    Fault(
         "device-keeps-scaled-multipliers",
         "izo_ref/cuda/step.py",
         "        multipliers_out[rows[i]] = scaled[i] / lengths[i]\n",
