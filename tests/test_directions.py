@@ -93,6 +93,9 @@ def test_lbfgs_is_the_two_loop_recursion(rng, zone, n_pairs):
         arrays.direction[:], arrays.previous[:] = pairs[-1]
         stored = remember_pair(arrays, stored, 1e-16)
     assert stored == n_pairs
+    # one without curvature leaves the others as they are, also where the next slot is in use
+    arrays.direction[:], arrays.previous[:] = 1.0, -1.0
+    assert remember_pair(arrays, stored, 1e-16) == stored
     lbfgs_direction(arrays, stored)
     expected = two_loop(arrays.gradient, pairs[-PAIRS:])
     np.testing.assert_allclose(arrays.direction, expected, atol=1e-12 * abs(expected).max())

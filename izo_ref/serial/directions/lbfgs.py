@@ -18,8 +18,6 @@ def remember_pair(zone, stored, rounding):
     product, s_sq, y_sq = 0.0, 0.0, 0.0
     for i in range(team.rank(), n, team.size()):
         s, y = zone.direction[i], zone.previous[i]
-        zone.memory[slot * n + i] = s
-        zone.memory[(PAIRS + slot) * n + i] = y
         product += s * y
         s_sq += s * s
         y_sq += y * y
@@ -27,6 +25,10 @@ def remember_pair(zone, stored, rounding):
     # y is a difference of gradients: below this it is rounding, and so is its direction
     if not product > rounding * (s_sq * y_sq) ** 0.5:
         return stored
+    # only now: the slot may hold the oldest pair in use
+    for i in range(team.rank(), n, team.size()):
+        zone.memory[slot * n + i] = zone.direction[i]
+        zone.memory[(PAIRS + slot) * n + i] = zone.previous[i]
     zone.memory[2 * PAIRS * n + slot] = 1.0 / product
     return stored + 1
 
