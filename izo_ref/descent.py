@@ -168,7 +168,7 @@ class Results(NamedTuple):
 def work_space(inputs: Inputs, n_memory, n_threads=1):
     """Shapes and types of the arrays of zeros that the kernel wants behind its results."""
     n, m, dtype = inputs.curvatures.shape[0], inputs.nodes.shape[0], inputs.curvatures.dtype
-    of_threads = (inputs.units.shape[0], n_threads, 9), np.float64
+    of_threads = (inputs.zones.shape[0], n_threads, 9), np.float64
     return ((4, n), dtype), ((3, m), dtype), ((n_memory,), dtype), of_threads
 
 

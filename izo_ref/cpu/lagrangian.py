@@ -39,7 +39,7 @@ def solve_lagrangian(
     vectors_out,  # (4, n_unknowns) f8 or f4, work space
     rows_out,  # (3, n_impacts) f8 or f4, work space
     memory_out,  # (n_memory,) f8 or f4, work space
-    states_out,  # (n_zones, n_threads, 9) f8, zeros, work space; as many as work on a zone
+    states_out,  # (n, n_threads, 9) f8, zeros, work space; as many as work on a zone
 ):
     for number in prange(zones.shape[0]):
         zone = zones[number]
@@ -66,7 +66,7 @@ def solve_lagrangian(
                 rows_out[1, a:b],
                 rows_out[2, a:b],
                 memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
-                states_out[zone, 0],
+                states_out[number, 0],
                 alone(),
             ),
             settings,

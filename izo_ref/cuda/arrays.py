@@ -89,10 +89,10 @@ def merge_runs(
 @cuda_kernel
 def take_rows(
     # In:
-    values,  # (n, k) i4 or f8 or i8
+    values,  # (n, k) i4 or f8 or i8 or b1 or i1
     index,  # (m,) i8
     # Out:
-    rows_out,  # (m, k) i4 or f8 or i8
+    rows_out,  # (m, k) i4 or f8 or i8 or b1 or i1
 ):
     i = cuda.grid(1)
     if i < index.shape[0]:

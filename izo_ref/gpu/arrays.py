@@ -12,7 +12,7 @@ from izo_ref.errors import DeviceMemoryError
 
 
 def empty(shape, dtype):
-    """An array on the device, not written to; rooms for nothing hold one row.
+    """An array on the device, not written to.
 
     Raises:
         DeviceMemoryError: with what is needed, and what is free.
@@ -20,7 +20,9 @@ def empty(shape, dtype):
     shape = shape if isinstance(shape, tuple) else (shape,)
     room = (max(shape[0], 1), *shape[1:])
     try:
-        return cuda.device_array(room, dtype)[: shape[0]]
+        array = cuda.device_array(room, dtype)
+        # never else: of an array with a length of 0 behind it a slice has one row
+        return array if shape[0] else array[:0]
     except CudaAPIError as error:
         if "OUT_OF_MEMORY" not in str(error):
             raise

@@ -35,12 +35,17 @@ NEWTON = {
 }
 
 
-def solve_on_device(inputs: Inputs, results: Results, n_threads: int):
-    """Run the kernel on arrays of the device."""
+def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lambda call: call()):
+    """Run the kernel on arrays of the device.
+
+    `timed` makes the call that runs it; what it returns is returned.
+    """
     work = work_space(inputs, total_of(inputs.memory_offsets), n_threads)
-    kernels.solve_lagrangian.in_blocks(inputs.zones.shape[0], n_threads, shared_bytes(n_threads))(
-        *inputs, *results, *(zeros(*array) for array in work)
+    arrays = (*inputs, *results, *(zeros(*array) for array in work))
+    launch = kernels.solve_lagrangian.in_blocks(
+        inputs.zones.shape[0], n_threads, shared_bytes(n_threads)
     )
+    return timed(lambda: launch(*arrays))
 
 
 def solve_rows(rows, zone_of, chosen, thickness, options, solution):
@@ -143,15 +148,12 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
 
 
 def solve_lagrangian(inputs: Inputs, results: Results, timed=lambda call: call()):
-    """The same on arrays of the processor, called as the processor's own is.
-
-    `timed` makes the call that runs the kernel; what it returns is returned.
-    """
+    """The same on arrays of the processor, called as the processor's own is."""
     own = Inputs(*(on_device(column) for column in inputs[:-1]), inputs.settings)
     device_results = Results(*(on_device(column) for column in results))
     largest = np.diff(inputs.impact_offsets).max()
     n_threads = FEW if largest <= FEW else MANY
-    said = timed(lambda: solve_on_device(own, device_results, n_threads))
+    said = solve_on_device(own, device_results, n_threads, timed)
     for result, array in zip(results, device_results, strict=True):
         result[...] = on_host(array)
     return said

@@ -52,13 +52,15 @@ def test_whole_steps_and_zones(tmp_path, one_step):
     assert "| 3 | simulator |" in text
 
 
-@pytest.mark.parametrize("verdict", [0, 9])
+@pytest.mark.parametrize("verdict", [0, 9, None])
 def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
     run = subprocess.run
 
     def said(command, **kwargs):
         if command[0] != "/sanitizer":
             return run(command, **kwargs)
+        if verdict is None:
+            raise subprocess.TimeoutExpired(command, kwargs["timeout"])
         return subprocess.CompletedProcess(command, verdict, "", "===== ERROR SUMMARY: so many\n")
 
     monkeypatch.setattr(cuda.shutil, "which", lambda name: "/sanitizer")
@@ -67,7 +69,9 @@ def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
     rows = read(tmp_path / "rows", "memory")
     assert [row["tool"] for row in rows] == ["memcheck", "racecheck"]
     assert {row["passed"] for row in rows} == {verdict == 0}
-    assert rows[0]["said"] == "ERROR SUMMARY: so many"
+    assert rows[0]["said"] == (
+        "not done after 120 s" if verdict is None else "ERROR SUMMARY: so many"
+    )
 
 
 def test_pairs_of_one_alone_are_counted():
