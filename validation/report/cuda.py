@@ -8,7 +8,7 @@ KERNELS = {
     "types": "types",
     "compute capability": "capability",
     "registers": "registers",
-    "shared [B]": "shared_bytes",
+    "fixed shared [B]": "shared_bytes",
     "stack [B]": "stack_bytes",
     "spilled [B]": "spilled_bytes",
 }
