@@ -16,6 +16,7 @@ from izo_ref.options import Options
 from izo_ref.planning import Plan, plan
 from izo_ref.problem import Residuals, residuals
 from izo_ref.scene import Scene
+from izo_ref.solve import solve_system
 from izo_ref.step import Step, objective
 from izo_ref.types import Impacts, Status
 from izo_ref.zones import Zones, build_zones, zone_problem
@@ -212,7 +213,7 @@ def _steps_of(device):
         require_device()
         from izo_ref.gpu.step import Step as StepOfDevice
 
-        return StepOfDevice
+        return lambda *arguments: StepOfDevice(*arguments, Step, solve_system)
 
     def step_of_host(scene, thickness, options):
         start, edges, faces = scene.positions_t0, scene.edges, scene.faces

@@ -3,25 +3,15 @@
 `izo_ref/gpu/step.py` is the same on a device.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from izo_ref.cpu import advance as kernels
 from izo_ref.selection import select_impacts
 from izo_ref.serial.selection import prescribed_impacts
 from izo_ref.solve import solve_system
+from izo_ref.tally import Detected
 from izo_ref.types import Impacts, join_impacts, no_impacts
 from izo_ref.zones import build_zones, members, zone_system
-
-
-class Detected(NamedTuple):
-    """Counts of a detection."""
-
-    found: int  # impacts of the path, but those between pinned points
-    blocked: int  # and of those
-    moved: int  # vertices that moved since the last detection
-    candidates: int  # pairs looked at
 
 
 def objective(scene, positions) -> float:

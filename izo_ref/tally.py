@@ -1,4 +1,15 @@
-"""What a detection looked at."""
+"""What a detection looked at, and what it found."""
+
+from typing import NamedTuple
+
+
+class Detected(NamedTuple):
+    """Counts of a detection."""
+
+    found: int  # impacts of the path, but those between pinned points
+    blocked: int  # and of those
+    moved: int  # vertices that moved since the last detection
+    candidates: int  # pairs looked at
 
 
 class Tally:

@@ -6,7 +6,6 @@ sees counts, and the zones that the device could not solve.
 
 import numpy as np
 
-from izo_ref import solve, step
 from izo_ref.cuda import advance, paths, zones
 from izo_ref.cuda import step as kernels
 from izo_ref.cuda.arrays import LEAST, SUM
@@ -28,7 +27,7 @@ from izo_ref.gpu.selection import select_impacts
 from izo_ref.gpu.solve import Rows, solve_zones
 from izo_ref.gpu.zones import build_zones
 from izo_ref.options import LAGRANGIAN
-from izo_ref.step import Detected
+from izo_ref.tally import Detected
 from izo_ref.types import Impacts, no_impacts
 from izo_ref.zones import Zones, zone_system
 
@@ -40,10 +39,13 @@ class Step:
         scene: `Scene`.
         thickness: [m].
         options: `Options`.
+        host_step: `izo_ref.step.Step`, which goes on where the loop has ended.
+        solve_system: `izo_ref.solve.solve_system`, for the zones that are left.
     """
 
-    def __init__(self, scene, thickness, options):
+    def __init__(self, scene, thickness, options, host_step, solve_system):
         self.scene, self.n_left = scene, 0
+        self._host_step, self._solve_system = host_step, solve_system
         self._thickness, self._options, self._detector = thickness, options, Detector(scene)
         self._n = len(scene.pinned)
         free_masses = np.where(scene.pinned, 0.0, scene.masses)
@@ -220,7 +222,7 @@ class Step:
         system = zone_system(self.scene, own, local, everything, self._thickness)
         of_device = self._options.method in LAGRANGIAN or self._options.preset is not None
         device = "cuda" if of_device else "cpu"
-        solution = solve.solve_system(system, self._options, device=device)
+        solution = self._solve_system(system, self._options, device=device)
         solved = np.repeat(solution.feasible, np.diff(grouped.vertex_offsets))
         vertices = grouped.vertices
         free = solution.positions[: len(vertices)]
@@ -236,7 +238,7 @@ class Step:
     def on_host(self):
         seen = None if self._seen is None else on_host(self._seen)
         detector = HostDetector(self._detector, seen)
-        same = step.Step(self.scene, self._thickness, self._options, detector)
+        same = self._host_step(self.scene, self._thickness, self._options, detector)
         same.positions = on_host(self.positions)
         same.impacts = _on_host(self.impacts)
         same.multipliers, same.active = on_host(self.multipliers), on_host(self.active)
