@@ -27,19 +27,17 @@ def objective_terms(
 
 
 @cuda_kernel
-def prescribed_impacts(
+def impacts_to_solve(
     # In:
     nodes,  # (n_impacts, 4) i4
     weights,  # (n_impacts, 4) f8
     pinned,  # (n_vertices,) b1
     # Out:
-    prescribed_out,  # (n_impacts,) b1, between pinned points
-    others_out,  # (n_impacts,) b1, not so
+    kept_out,  # (n_impacts,) b1, not between pinned points
 ):
     j = cuda.grid(1)
     if j < nodes.shape[0]:
-        prescribed_out[j] = is_prescribed(j, nodes, weights, pinned)
-        others_out[j] = not prescribed_out[j]
+        kept_out[j] = not is_prescribed(j, nodes, weights, pinned)
 
 
 @cuda_kernel

@@ -25,7 +25,7 @@ from izo_ref.methods import METHODS, chosen_settings
 # fewer registers than the kernel has.
 FEW, MANY = WARP, 256
 # For zones that one thread is too slow for: of the methods here the one that comes to 1e-9 on all
-# families but one (reports/inner.html), in some ten to ninety steps.
+# families but one (reports/inner.html), in 4 to 88 steps.
 NEWTON = {
     "method": "newton",
     "line_search": "exact",

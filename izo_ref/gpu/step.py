@@ -104,9 +104,9 @@ class Step:
             time_free = float(np.int64(bits).view(np.float64))
         if time_free > self.longest[1]:
             self.longest = (copied(self.positions), time_free)
-        prescribed, others = empty(n, np.bool_), empty(n, np.bool_)
-        kernels.prescribed_impacts[n](found.nodes, found.weights, self._pinned, prescribed, others)
-        index = indices_of(others)
+        kept = empty(n, np.bool_)
+        kernels.impacts_to_solve[n](found.nodes, found.weights, self._pinned, kept)
+        index = indices_of(kept)
         n_found = index.shape[0]
         self.found = found if n_found == n else _take_impacts(found, index)
         candidates = sum(self._detector.tally.pairs.values())

@@ -63,8 +63,8 @@ def scale_row(
     for axis in range(3):
         normal_sq += normals[j, axis] * normals[j, axis]
     length = math.sqrt(length_sq * normal_sq)
-    if length == 0.0:  # if satisfied, it is in nobody's way
-        return -thickness, 1.0, gap < thickness
+    if not length > 0.0:  # if satisfied, it is in nobody's way
+        return -thickness, 1.0, length == 0.0 and gap < thickness
     for k in range(4):
         coefficients_out[j, k] /= length
     return (thickness - gap) / length, length, False
