@@ -50,7 +50,7 @@ class Options:
             pivoting up to `small_zone` impacts and, where that gives up, `active-set`; for
             all others `apgs` where it is fast, else `interior-point`, and from their last
             solution on block pivoting again (`pivoting`). A GPU takes the same up to 32
-            impacts, `newton` up to 4096, and leaves the others to the processor.
+            impacts, `newton` for the others, and leaves to the processor what that does not solve.
             Of the augmented Lagrangian (SPEC 3 and 4): `gradient`, `jacobi`, `chebyshev`,
             `cg`, `lbfgs`, `newton`. Sweeps over the multipliers: `pgs`, and
             accelerated, `apgs`.

@@ -12,20 +12,22 @@ from validation import ptx
 if ptx.ptxas() is None:
     pytest.skip("needs ptxas: nvidia-cuda-nvcc", allow_module_level=True)
 
+FRAME_BYTES, SPILLED_BYTES = 512, 4096
 CASES = [
-    pytest.param(kernel, signature, id=f"{name} {types}".strip())
+    pytest.param(name, kernel, signature, id=f"{name} {types}".strip())
     for name, kernel in ptx.kernels()
     for types, signature in ptx.signatures(kernel).items()
 ]
 
 
 @pytest.mark.parametrize("capability", ptx.CAPABILITIES, ids=lambda c: f"{c[0]}.{c[1]}")
-@pytest.mark.parametrize(("kernel", "signature"), CASES)
-def test_kernels_need_no_memory_of_a_thread(kernel, signature, capability):
+@pytest.mark.parametrize(("name", "kernel", "signature"), CASES)
+def test_kernels_need_no_memory_of_a_thread(name, kernel, signature, capability):
     built = ptx.build(kernel, signature, capability)
     assert built.registers > 0
-    assert built.stack_bytes == 0
-    assert built.spilled_bytes == 0
+    # no more than some hundred numbers of a thread, where there is a reason
+    assert built.stack_bytes <= (FRAME_BYTES if name in ptx.FRAMES else 0)
+    assert built.spilled_bytes <= (SPILLED_BYTES if name in ptx.FRAMES else 0)
 
 
 def test_a_contract_that_forgets_a_parameter_is_refused():

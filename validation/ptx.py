@@ -29,6 +29,12 @@ DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": 
     "b1": "boolean",
 }
 RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}
+# Kernels with a stack frame, and why.
+FRAMES = {
+    "lagrangian.solve_lagrangian_by_grid": "its waits of all blocks are calls into the runtime of "
+    "the device, and what is kept over a call are some thirty numbers more than there are "
+    "registers for; a wait takes longer than to store and load them",
+}
 # A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
 PARAMETER = re.compile(r"^    (\w+),  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
 FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+))?", re.M)
@@ -104,7 +110,9 @@ def build(kernel, signature, capability) -> Built:
         source = Path(folder, "kernel.ptx")
         source.write_text(ptx)
         arch = f"-arch=sm_{capability[0]}{capability[1]}"
-        command = [ptxas(), "-v", arch, source, "-o", Path(folder, "kernel.cubin")]
+        # what waits for all blocks calls the device's runtime, which is linked when it is loaded
+        whole = [] if ".extern .func" not in ptx else ["-c"]
+        command = [ptxas(), "-v", *whole, arch, source, "-o", Path(folder, "kernel.cubin")]
         done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"ptxas: {done.stderr}")

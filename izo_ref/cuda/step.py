@@ -207,20 +207,6 @@ def methods_of_zones(
 
 
 @cuda_kernel
-def middle_zones(
-    # In:
-    impact_offsets,  # (n_zones + 1,) i8
-    small,  # i8, impacts that a small zone has at most
-    large,  # i8, impacts that others have at most
-    # Out:
-    middle_out,  # (n_zones,) b1
-):
-    zone = cuda.grid(1)
-    if zone < middle_out.shape[0]:
-        middle_out[zone] = small < impact_offsets[zone + 1] - impact_offsets[zone] <= large
-
-
-@cuda_kernel
 def fail_hopeless(
     # In:
     hopeless,  # (n_impacts,) b1, violated and without unknowns

@@ -66,7 +66,8 @@ def filled(n, value, dtype):
 
 def zeros(shape, dtype):
     """An array of zeros."""
-    return filled(math.prod(shape), 0, dtype).reshape(shape)
+    n = math.prod(shape)
+    return filled(n, 0, dtype).reshape(shape) if n else empty(shape, dtype)
 
 
 def counted(n, first=0):

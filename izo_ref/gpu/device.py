@@ -27,6 +27,14 @@ def require_device():
         )
 
 
+def blocks_at_once() -> int:
+    """Blocks that surely run at the same time: one a multiprocessor."""
+    from numba import cuda
+
+    # the simulator has none, and runs one block after the other
+    return getattr(cuda.get_current_device(), "MULTIPROCESSOR_COUNT", 1)
+
+
 def _reason(cuda):
     error = getattr(cuda, "cuda_error", lambda: None)()
     return str(error).strip().splitlines()[0] if error else "the driver reports no device"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from izo_ref.cuda import lagrangian as kernels
-from izo_ref.cuda.team import WARP, shared_bytes
+from izo_ref.cuda.team import PARTS, WARP, shared_bytes
 from izo_ref.descent import NEWTON_VECTORS, Inputs, Results, work_space
 from izo_ref.gpu.arrays import (
     copied,
@@ -19,11 +19,16 @@ from izo_ref.gpu.arrays import (
     total_of,
     zeros,
 )
+from izo_ref.gpu.device import blocks_at_once
 from izo_ref.methods import METHODS, chosen_settings
 
 # Threads of a block: for zones of a few impacts, and for others. More than 256 would leave each
 # fewer registers than the kernel has.
 FEW, MANY = WARP, 256
+# Impacts of a zone that one block solves, in float64: with more, each of its threads would have
+# many rows, while a wait of all blocks takes as long as some of them.
+LARGE = 4096
+MOST = np.iinfo(np.int64).max
 # For zones that one thread is too slow for: of the methods here the one that comes to 1e-9 on all
 # families but one (reports/inner.html), in 4 to 88 steps.
 NEWTON = {
@@ -36,16 +41,40 @@ NEWTON = {
 
 
 def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lambda call: call()):
-    """Run the kernel on arrays of the device.
+    """Run the kernels on arrays of the device: a block a zone, or all blocks if it is large.
 
-    `timed` makes the call that runs it; what it returns is returned.
+    `timed` makes the call that runs them; what it returns is returned.
     """
-    work = work_space(inputs, total_of(inputs.memory_offsets), n_threads)
-    arrays = (*inputs, *results, *(zeros(*array) for array in work))
-    launch = kernels.solve_lagrangian.in_blocks(
-        inputs.zones.shape[0], n_threads, shared_bytes(n_threads)
+    is_double = inputs.curvatures.dtype == np.float64
+    most = LARGE if is_double else MOST
+    offsets, bounds = inputs.impact_offsets, ((0, most), (most, MOST))
+    small, large = (
+        take(inputs.zones, indices_of(zones_of_size(inputs.zones, offsets, *sizes)))
+        for sizes in bounds
     )
-    return timed(lambda: launch(*arrays))
+    inputs, n_memory = inputs._replace(zones=small), total_of(inputs.memory_offsets)
+    *shared, states = (zeros(*array) for array in work_space(inputs, n_memory, n_threads))
+    n_blocks, n_bytes = blocks_at_once(), shared_bytes(n_threads)
+    in_blocks = kernels.solve_lagrangian.in_blocks(small.shape[0], n_threads, n_bytes)
+    by_grid = kernels.solve_lagrangian_by_grid.in_blocks(n_blocks, n_threads, n_bytes)
+
+    def run():
+        in_blocks(*inputs, *results, *shared, states)
+        for i in range(large.shape[0]):
+            one = inputs._replace(zones=large[i : i + 1])
+            *_, own = work_space(one, n_memory, n_blocks * n_threads)
+            parts = zeros((n_blocks, PARTS), np.float64)
+            by_grid(*one, *results, *shared, zeros(*own), parts)
+
+    return timed(run)
+
+
+def zones_of_size(zones, impact_offsets, more_than, at_most):
+    """(n,) b1, which of the zones have more impacts than one number, and at most another."""
+    n = zones.shape[0]
+    flags = empty(n, np.bool_)
+    kernels.zones_of_size[n](zones, impact_offsets, more_than, at_most, flags)
+    return flags
 
 
 def solve_rows(rows, zone_of, chosen, thickness, options, solution):

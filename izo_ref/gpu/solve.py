@@ -1,4 +1,4 @@
-"""Zones solved on the device: small ones one a thread, others one a block."""
+"""Zones solved on the device: small ones one a thread, others by the threads of blocks."""
 
 from typing import NamedTuple
 
@@ -6,8 +6,8 @@ import numpy as np
 
 from izo_ref.cuda import step as choices
 from izo_ref.cuda import zones as kernels
-from izo_ref.gpu.arrays import empty, filled, indices_of, starts_of, take, total_of
-from izo_ref.gpu.lagrangian import solve_rows
+from izo_ref.gpu.arrays import counted, empty, filled, indices_of, starts_of, take, total_of
+from izo_ref.gpu.lagrangian import MOST, solve_rows, zones_of_size
 from izo_ref.interior_point import FARTHEST
 from izo_ref.options import Options
 from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
@@ -15,8 +15,6 @@ from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
 # Impacts of a zone that one thread solves: with more, it would be alone for long with what has
 # the cube of them as operations.
 SMALL = 32
-# And with more than this one block would be: the processor factors what such a zone's rows share.
-LARGE = 4096
 
 
 class Rows(NamedTuple):
@@ -56,10 +54,9 @@ def solve_zones(rows: Rows, zone_of, thickness: float, options: Options) -> Solu
     )
     if options.method == "auto" and options.preset is None:
         _solve_small(rows, thickness, options, n_zones, solution)
-        middle = empty(n_zones, np.bool_)
-        choices.middle_zones[n_zones](rows.impact_offsets, SMALL, LARGE, middle)
-        if indices_of(middle).shape[0]:
-            solve_rows(rows, zone_of, middle, thickness, options, solution)
+        others = zones_of_size(counted(n_zones), rows.impact_offsets, SMALL, MOST)
+        if indices_of(others).shape[0]:
+            solve_rows(rows, zone_of, others, thickness, options, solution)
     return solution
 
 

@@ -26,6 +26,7 @@ from izo_ref.serial.lagrangian import (
     update_multipliers,
 )
 from izo_ref.serial.line_search import search_line
+from izo_ref.serial.team import team_maxima, team_sum
 
 GRADIENT, JACOBI, CHEBYSHEV, CG, LBFGS, NEWTON = range(6)
 LAST, UNIT, MODEL = 0, 1, 2  # where line searches begin: last step, 1, minimum of the model
@@ -160,7 +161,7 @@ def inner_done(zone, settings, found, change):
     length_sq = 0.0
     for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         length_sq += zone.direction[i] * zone.direction[i]
-    length_sq = zone.team.total(length_sq)
+    length_sq = team_sum(zone.team, length_sq)
     largest = max(abs(found.value), abs(found.value - change), 1.0)
     return math.sqrt(length_sq) <= settings.eps_x or -change <= settings.eps_f * largest
 
@@ -220,7 +221,7 @@ def begin(zone, mu, first_step):
     for j in range(zone.team.rank(), zone.starts.size, zone.team.size()):
         zone.constraints[j] = zone.starts[j]
         largest = max(largest, abs(zone.starts[j]))
-    return zone.team.largest(largest, 0.0)[0]
+    return team_maxima(zone.team, largest, 0.0)[0]
 
 
 @compiled

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref._jit import compiled
-from izo_ref.serial.team import Team
+from izo_ref.serial.team import Team, team_maxima, team_sum, team_sums
 
 
 class Zone(NamedTuple):
@@ -129,8 +129,8 @@ def evaluate(zone, penalty):
         if pushed > 0:
             squares += pushed * pushed
             products += mu * pushed * abs(c)
-    squares, products, shift_sq = team.totals(squares, products, shift_sq)
-    largest_shift, violation_m = team.largest(largest_shift, violation_m)
+    squares, products, shift_sq = team_sums(team, squares, products, shift_sq)
+    largest_shift, violation_m = team_maxima(team, largest_shift, violation_m)
     for vertex in range(team.rank(), zone.x.size // 3, team.size()):
         pulls, i = gathered(zone, vertex, mu, zone.along), 3 * vertex
         zone.gradient[i] = zone.curvatures[i] * zone.x[i] - pulls[0]
@@ -144,8 +144,8 @@ def evaluate(zone, penalty):
         gradient_sq += g * g
         error += g * g / zone.curvatures[i]
         largest, pull = max(largest, abs(g)), max(pull, abs(own))
-    objective, error, gradient_sq = team.totals(objective, error, gradient_sq)
-    largest, pull = team.largest(largest, pull)
+    objective, error, gradient_sq = team_sums(team, objective, error, gradient_sq)
+    largest, pull = team_maxima(team, largest, pull)
     return Measures(
         0.5 * objective + 0.5 * penalty * squares,
         0.5 * objective,
@@ -168,12 +168,12 @@ def prepare_line(zone, penalty):
         p = zone.direction[i]
         slope += zone.gradient[i] * p
         curvature += zone.curvatures[i] * p * p
-    slope, curvature, _ = team.totals(slope, curvature, 0.0)
+    slope, curvature, _ = team_sums(team, slope, curvature, 0.0)
     row_products(zone, zone.direction, zone.along)
     for j in range(team.rank(), zone.along.size, team.size()):
         if zone.pushed[j] > 0:
             active += zone.along[j] * zone.along[j]
-    return slope, curvature, curvature + penalty * team.total(active)
+    return slope, curvature, curvature + penalty * team_sum(team, active)
 
 
 @compiled
@@ -201,7 +201,7 @@ def along_line(zone, penalty, slope, curvature, step):
             value += (t - move) ** 2
             rise += (move - t) * q
             second += q * q
-    value, rise, second = zone.team.totals(value, rise, second)
+    value, rise, second = team_sums(zone.team, value, rise, second)
     return (
         step * (slope + 0.5 * curvature * step) + 0.5 * penalty * value,
         slope + curvature * step + penalty * rise,

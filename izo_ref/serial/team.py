@@ -1,4 +1,4 @@
-"""Who works on a zone: one thread, or the threads of a block of a device.
+"""Who works on a zone: one thread, or the threads of one or several blocks of a device.
 
 Loops over a zone's unknowns or rows go from `team.rank()` in steps of `team.size()`: whoever
 writes an entry is the only one that writes it, and may read it at once. What others wrote may be
@@ -21,9 +21,27 @@ class Team(NamedTuple):
     rank: Any  # () -> own number, from 0
     size: Any  # () -> how many they are
     wait: Any  # () -> once all have come here
-    total: Any  # (a,) -> sum over all
-    totals: Any  # (a, b, c) -> sums over all
-    largest: Any  # (a, b) -> maxima over all
+    sums: Any  # (parts, a, b, c) -> sums over all
+    maxima: Any  # (parts, a, b) -> maxima over all
+    parts: Any  # work space of these two, where several blocks need it
+
+
+@compiled
+def team_sum(team, a):
+    """Sum over all."""
+    return team.sums(team.parts, a, 0.0, 0.0)[0]
+
+
+@compiled
+def team_sums(team, a, b, c):
+    """Sums over all."""
+    return team.sums(team.parts, a, b, c)
+
+
+@compiled
+def team_maxima(team, a, b):
+    """Maxima over all."""
+    return team.maxima(team.parts, a, b)
 
 
 @compiled
@@ -42,21 +60,16 @@ def _at_once():
 
 
 @compiled
-def _own(a):
-    return a
-
-
-@compiled
-def _own_three(a, b, c):
+def _own_three(_parts, a, b, c):
     return a, b, c
 
 
 @compiled
-def _own_two(a, b):
+def _own_two(_parts, a, b):
     return a, b
 
 
-ALONE = Team(_first, _one, _at_once, _own, _own_three, _own_two)
+ALONE = Team(_first, _one, _at_once, _own_three, _own_two, None)
 
 
 @intrinsic

@@ -6,14 +6,16 @@ from numba import cuda
 
 import izo_ref
 from izo_ref import Options
+from izo_ref.cuda import lagrangian as kernels
 from izo_ref.cuda import team
-from izo_ref.cuda.team import block
 from izo_ref.errors import DeviceUnavailable
 from izo_ref.gpu import lagrangian
 from izo_ref.methods import METHODS, PRESETS
+from izo_ref.serial.team import team_maxima, team_sum, team_sums
 from izo_ref.solve import solve_system
 from izo_ref.zones import problem_system
 from tests.shapes import random_problem
+from tests.simulated.grids import blocks_together
 
 # compiled, x / 0 is inf without a word
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
@@ -29,25 +31,34 @@ def blocks_of(monkeypatch, n_threads, warp):
 BLOCKS = [(1, 2), (3, 4), (5, 2)]
 
 
+def sums_and_maxima(team, values, out):
+    k = team.rank()
+    for _ in range(3):  # memory of the one before may still be read
+        a, b, c = team_sums(team, values[k, 0], values[k, 1], values[k, 2])
+        d, e = team_maxima(team, values[k, 0], values[k, 1])
+        f = team_sum(team, values[k, 2])
+    out[k] = a, b, c, d, e, f
+
+
+@pytest.mark.parametrize("n_blocks", [None, 1, 2, 7])
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
-def test_teams_come_to_the_same_sums(rng, monkeypatch, n_threads, warp):
+def test_teams_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
     monkeypatch.setattr(team, "WARP", warp)
-    parts, out = rng.normal(size=(n_threads, 3)), np.empty((n_threads, 6))
+    n = n_threads * (n_blocks or 1)
+    values, out = rng.normal(size=(n, 3)), np.empty((n, 6))
+    parts = np.zeros((n_blocks or 1, team.PARTS))
 
     @cuda.jit
-    def kernel(parts, out):
-        k = block().rank()
-        for _ in range(3):  # memory of the one before may still be read
-            a, b, c = block().totals(parts[k, 0], parts[k, 1], parts[k, 2])
-            d, e = block().largest(parts[k, 0], parts[k, 1])
-            f = block().total(parts[k, 2])
-        out[k] = a, b, c, d, e, f
+    def kernel(values, parts, out):
+        who = team.block() if n_blocks is None else team.grid(parts)
+        sums_and_maxima(who, values, out)
 
-    kernel[1, n_threads, 0, team.shared_bytes(n_threads)](parts, out)
-    sums, largest = parts.sum(axis=0), parts.max(axis=0)
+    with blocks_together(kernel.py_func):
+        kernel[n_blocks or 1, n_threads, 0, team.shared_bytes(n_threads)](values, parts, out)
+    sums, largest = values.sum(axis=0), values.max(axis=0)
     for row in out:
         assert np.array_equal(row, out[0])
-    np.testing.assert_allclose(out[0], [*sums, *largest[:2], sums[2]], rtol=1e-14, atol=1e-15)
+    np.testing.assert_allclose(out[0], [*sums, *largest[:2], sums[2]], rtol=1e-13, atol=1e-14)
 
 
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
@@ -68,6 +79,26 @@ def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method,
     if n_threads == 1:
         assert np.array_equal(found.positions, expected.positions)
         assert np.array_equal(found.multipliers, expected.multipliers)
+
+
+@pytest.mark.parametrize("n_blocks", [1, 3])
+@pytest.mark.parametrize("method", METHODS)
+def test_large_zones_by_several_blocks_are_those_of_the_processor(
+    rng, monkeypatch, method, n_blocks
+):
+    blocks_of(monkeypatch, 2, 2)
+    monkeypatch.setattr(lagrangian, "LARGE", 1)
+    monkeypatch.setattr(lagrangian, "blocks_at_once", lambda: n_blocks)
+    problems = [random_problem(rng, n, mass_ratio=1e3) for n in (3, 1, 2)]
+    options = Options(method=method, max_steps=8)
+    system, _ = problem_system(problems)
+    with blocks_together(kernels.solve_lagrangian_by_grid.function):
+        found = solve_system(system, options, device="cuda")
+    expected = solve_system(system, options)
+    assert expected.iterations.max() > 2
+    assert np.array_equal(found.iterations, expected.iterations)
+    size = np.abs(expected.displacements).max()
+    np.testing.assert_allclose(found.displacements, expected.displacements, atol=1e-13 * size)
 
 
 @pytest.mark.parametrize("method", METHODS)

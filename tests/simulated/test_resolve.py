@@ -104,7 +104,7 @@ def test_a_spent_budget(rng):
 
 def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
-    monkeypatch.setattr(solve, "LARGE", 1)
+    monkeypatch.setitem(lagrangian.NEWTON, "max_steps", 1)
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")
@@ -113,9 +113,10 @@ def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
     assert expected.left_to_processor == 0
 
 
-@pytest.mark.parametrize("name", ["sheets", "pinned"])
-def test_zones_of_a_block(rng, monkeypatch, name):
+@pytest.mark.parametrize(("name", "large"), [("sheets", 4096), ("pinned", 4096), ("pinned", 1)])
+def test_zones_of_a_block_and_of_all_blocks(rng, monkeypatch, name, large):
     monkeypatch.setattr(solve, "SMALL", 1)
+    monkeypatch.setattr(lagrangian, "LARGE", large)
     monkeypatch.setattr(lagrangian, "MANY", 3)
     scene, options = scenes(rng)[name], Options(relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)

@@ -1,5 +1,6 @@
 """Rows of `study.cuda` to `reports/cuda/README.md`."""
 
+from validation.ptx import FRAMES
 from validation.report.tables import table, write
 from validation.rows import read, runs
 
@@ -89,11 +90,12 @@ def cuda_report(folder, command):
         "## Detection: the same impacts, and how long it takes\n\nThe floor is what it takes to "
         "move once what cannot be left out, at the rate of a copy on the device itself.\n\n"
         + measured(DETECTION, "detection"),
-        "## Zones: one alone, by a block of the semismooth Newton method\n\n"
+        "## Zones: one alone, by the semismooth Newton method; up to 4096 impacts by one block\n\n"
         + measured(ZONES, "zones", "kernel_ms"),
         f"## Whole steps\n\n{ICLOTH}\n\n" + measured(STEPS, "steps"),
         "## Memory: `compute-sanitizer` on a small step\n\n" + measured(MEMORY, "memory"),
         "## Kernels\n\n" + measured(KERNELS, "kernels"),
+        *(f"`{kernel}` has a stack frame: {reason}." for kernel, reason in FRAMES.items()),
     ]
     write(folder / "README.md", "\n\n".join(part.strip() for part in parts) + "\n")
 

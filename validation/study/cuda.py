@@ -17,6 +17,7 @@ from izo_ref.rows import scaled_rows
 from izo_ref.zones import problem_system
 from validation import ptx
 from validation.rows import Rows
+from validation.scenes.piles import stack_zone
 from validation.scenes.sheets import meeting_sheets
 from validation.scenes.zones import random_zone
 from validation.study import steps
@@ -26,6 +27,7 @@ REPEATS = 5  # of which the median is taken, after one that does not count
 CPU_BUDGET_S, GPU_BUDGET_S = 5.0, 5.0  # for the repeats of a step
 SHEETS = (100_000, 1_000_000)  # triangles of steps made here
 ZONES = (64, 256, 1024, 4096)  # impacts
+STACK = (6, 30)  # layers, and vertices of a side: more impacts than a block takes
 COPIED = 1 << 28  # bytes, to measure the bandwidth
 SEED = 20261128
 SANITIZER_S = 120.0
@@ -120,17 +122,18 @@ def _steps(folder, say):
 
 
 def _zones(folder, say):
-    """One zone alone, by a block of the device and by the processor."""
+    """One zone alone, by the device and by the processor."""
     rows, gpu = Rows(folder, "zones", ("impacts",)), _gpu("zones", say)
     if gpu is None:
         return
     from izo_ref.gpu.lagrangian import NEWTON
 
     own = {name: value for name, value in NEWTON.items() if name != "max_steps"}
-    for n in ZONES:
+    problems = [random_zone(_seeded(n), n) for n in ZONES]
+    for problem in (*problems, stack_zone(np.random.default_rng(SEED), *STACK)):
+        n = len(problem.nodes)
         if rows.has(impacts=n):
             continue
-        problem = random_zone(np.random.default_rng([SEED, n]), n)
         system, _ = problem_system([problem])
         options = Options(**own)
         scaled = scaled_rows(system)

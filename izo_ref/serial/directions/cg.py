@@ -14,6 +14,7 @@ of chapter 5; Y. Dai, Y. Yuan, An efficient hybrid conjugate gradient method (20
 """
 
 from izo_ref._jit import compiled
+from izo_ref.serial.team import team_sums
 
 
 @compiled
@@ -25,7 +26,7 @@ def cg_direction(zone, restart):
         hestenes += g * zone.previous[i]
         dai += g * g
         curvature += zone.direction[i] * zone.previous[i]
-    hestenes, dai, curvature = zone.team.totals(hestenes, dai, curvature)
+    hestenes, dai, curvature = team_sums(zone.team, hestenes, dai, curvature)
     keep = curvature > 0.0 and not restart
     beta = zone.x.dtype.type(max(0.0, min(hestenes, dai)) / curvature if keep else 0.0)
     for i in range(zone.team.rank(), zone.x.size, zone.team.size()):

@@ -8,6 +8,7 @@ section 4.2; M. Tang et al., I-Cloth (2018), for delay and rho of that system.
 """
 
 from izo_ref._jit import compiled
+from izo_ref.serial.team import team_sum
 
 
 @compiled
@@ -42,4 +43,4 @@ def goes_uphill(zone):
     slope = 0.0
     for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
         slope += zone.gradient[i] * (zone.x[i] - zone.previous[i])
-    return zone.team.total(slope) > 0.0
+    return team_sum(zone.team, slope) > 0.0

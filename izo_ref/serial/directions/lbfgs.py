@@ -7,6 +7,7 @@ Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 7.4, eq.
 """
 
 from izo_ref._jit import compiled
+from izo_ref.serial.team import team_sum, team_sums
 
 PAIRS = 8  # 3 to 20 are usual (Nocedal and Wright, section 7.2)
 
@@ -21,7 +22,7 @@ def remember_pair(zone, stored, rounding):
         product += s * y
         s_sq += s * s
         y_sq += y * y
-    product, s_sq, y_sq = team.totals(product, s_sq, y_sq)
+    product, s_sq, y_sq = team_sums(team, product, s_sq, y_sq)
     # y is a difference of gradients: below this it is rounding, and so is its direction
     if not product > rounding * (s_sq * y_sq) ** 0.5:
         return stored
@@ -47,7 +48,7 @@ def lbfgs_direction(zone, stored):
         total = 0.0
         for i in range(team.rank(), n, team.size()):
             total += memory[slot * n + i] * p[i]
-        total = team.total(total)
+        total = team_sum(team, total)
         memory[alpha + slot] = total * memory[rho + slot]
         for i in range(team.rank(), n, team.size()):
             p[i] -= memory[alpha + slot] * memory[(PAIRS + slot) * n + i]
@@ -56,7 +57,7 @@ def lbfgs_direction(zone, stored):
         y_sq = 0.0
         for i in range(team.rank(), n, team.size()):
             y_sq += memory[begin + i] * memory[begin + i]
-        y_sq = team.total(y_sq)
+        y_sq = team_sum(team, y_sq)
         gamma = p.dtype.type(1.0 / (memory[rho + (stored - 1) % PAIRS] * y_sq))
         for i in range(team.rank(), n, team.size()):
             p[i] *= gamma
@@ -65,7 +66,7 @@ def lbfgs_direction(zone, stored):
         total = 0.0
         for i in range(team.rank(), n, team.size()):
             total += memory[(PAIRS + slot) * n + i] * p[i]
-        total = team.total(total)
+        total = team_sum(team, total)
         rest = p.dtype.type(memory[alpha + slot] - total * memory[rho + slot])
         for i in range(team.rank(), n, team.size()):
             p[i] += rest * memory[slot * n + i]

@@ -11,6 +11,7 @@ A nonsmooth version of Newton's method (1993).
 
 from izo_ref._jit import compiled
 from izo_ref.serial.lagrangian import gathered
+from izo_ref.serial.team import team_sum
 
 
 @compiled
@@ -54,7 +55,7 @@ def newton_direction(zone, penalty, tolerance, limit):
         memory[i] = -zone.gradient[i]
         memory[n + i] = memory[i] / zone.curvatures[i]
         norm += memory[i] * memory[n + i]
-    norm = team.total(norm)
+    norm = team_sum(team, norm)
     goal = tolerance * tolerance * norm
     for product in range(limit):
         if not norm > goal:
@@ -63,7 +64,7 @@ def newton_direction(zone, penalty, tolerance, limit):
         curvature = 0.0
         for i in range(team.rank(), n, team.size()):
             curvature += memory[n + i] * memory[2 * n + i]
-        curvature = team.total(curvature)
+        curvature = team_sum(team, curvature)
         if not curvature > 0.0:
             return product
         step, before = p.dtype.type(norm / curvature), norm
@@ -72,7 +73,7 @@ def newton_direction(zone, penalty, tolerance, limit):
             p[i] += step * memory[n + i]
             memory[i] -= step * memory[2 * n + i]
             norm += memory[i] * memory[i] / zone.curvatures[i]
-        norm = team.total(norm)
+        norm = team_sum(team, norm)
         beta = p.dtype.type(norm / before)
         for i in range(team.rank(), n, team.size()):
             memory[n + i] = memory[i] / zone.curvatures[i] + beta * memory[n + i]

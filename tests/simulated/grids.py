@@ -1,0 +1,55 @@
+"""A launch whose blocks wait for each other; the simulator runs one block after the other."""
+
+import threading
+from contextlib import contextmanager
+from unittest.mock import patch
+
+import numpy as np
+from numba.cuda.simulator import kernel, kernelapi
+
+TIMEOUT_S = 60.0  # of a wait that not all come to
+
+
+@contextmanager
+def blocks_together(function):
+    """Blocks of the kernel of this function run at the same time, each with shared memory."""
+    run_block, make_shared = kernel.BlockManager.run, kernelapi.FakeCUDAShared.array
+    launch = {}
+
+    def run(manager, point, *arguments):
+        if manager._f is not function:
+            run_block(manager, point, *arguments)
+            return
+        n_blocks, n_threads = (int(np.prod(d)) for d in (manager._grid_dim, manager._block_dim))
+        if point[0] == 0:
+            barrier = threading.Barrier(n_blocks * n_threads, timeout=TIMEOUT_S)
+            launch.update(barrier=barrier, running=[], failed=[])
+        thread = threading.Thread(target=attempt, args=(manager, point, *arguments))
+        launch["running"].append(thread)
+        thread.start()
+        if point[0] == n_blocks - 1:
+            for thread in launch["running"]:
+                thread.join()
+            if launch["failed"]:
+                raise launch["failed"][0]
+
+    def attempt(*arguments):
+        try:
+            run_block(*arguments)
+        except Exception as error:
+            launch["failed"].append(error)
+            launch["barrier"].abort()
+
+    def shared_array(shared, shape, dtype, alignment=None):
+        manager = threading.current_thread()._manager
+        if manager._f is not function:
+            return make_shared(shared, shape, dtype, alignment)
+        memory = manager.__dict__.setdefault("memory", np.zeros(shared._dynshared_size, np.byte))
+        return memory.view(kernelapi.numpy_support.as_dtype(dtype))
+
+    with (
+        patch.object(kernel.BlockManager, "run", run),
+        patch.object(kernelapi.FakeCUDAShared, "array", shared_array),
+        patch.object(kernelapi.GridGroup, "sync", lambda group: launch["barrier"].wait()),
+    ):
+        yield
