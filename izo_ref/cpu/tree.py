@@ -78,4 +78,4 @@ def parent_blocks(
     blocks_out,  # (m, ROWS, WIDTH) f4
 ):
     for parent in prange((end - first + WIDTH - 1) // WIDTH):
-        parent_block(parent, first, end, lanes_out, blocks_out)
+        parent_block(parent, first, end, False, lanes_out, blocks_out)

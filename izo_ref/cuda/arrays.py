@@ -3,21 +3,32 @@
 import numba
 from numba import cuda
 
-from izo_ref.cuda._jit import THREADS, cuda_kernel
+from izo_ref.cuda._jit import THREADS, cuda_kernel, device_function
+
+# Values of a thread, and of a block of THREADS, where all of an array are taken together: many
+# arrays here are so short that one launch is all, and a launch takes longer than a few values.
+ITEMS = 8
+TILE = THREADS * ITEMS
+TILES = 4 * TILE  # keys and places, each twice
 
 
 @cuda_kernel
-def scan_blocks(
+def scan_tiles(
     # In:
     values,  # (n,) i8 or b1
     # Out:
-    sums_out,  # (n,) i8, of each value and those before it in its block of THREADS
-    totals_out,  # (n_blocks,) i8, of each block
+    starts_out,  # (n + 1,) i8, sum of the values before each in its tile of TILE; 0 at first
+    totals_out,  # (n_tiles,) i8, of each tile
 ):
-    i, k = cuda.grid(1), cuda.threadIdx.x
+    k = cuda.threadIdx.x
     # all threads of a block come to each barrier: those without a value add nothing
     sums = cuda.shared.array(THREADS, numba.int64)
-    sums[k] = values[i] if i < values.shape[0] else 0
+    own = numba.int64(0)
+    begin = cuda.blockIdx.x * TILE + k * ITEMS
+    end = min(begin + ITEMS, values.shape[0])
+    for i in range(begin, end):
+        own += values[i]
+    sums[k] = own
     distance = 1
     while distance < cuda.blockDim.x:
         cuda.syncthreads()
@@ -25,25 +36,26 @@ def scan_blocks(
         cuda.syncthreads()
         sums[k] += before
         distance *= 2
-    if i < values.shape[0]:
-        sums_out[i] = sums[k]
+    so_far = sums[k] - own
+    for i in range(begin, end):
+        so_far += values[i]
+        starts_out[i + 1] = so_far
     if k == cuda.blockDim.x - 1:
         totals_out[cuda.blockIdx.x] = sums[k]
+    if cuda.blockIdx.x == 0 and k == 0:
+        starts_out[0] = 0
 
 
 @cuda_kernel
-def starts_from_sums(
+def add_tiles(
     # In:
-    sums,  # (n,) i8, of scan_blocks
-    before,  # (n_blocks,) i8, sum of the blocks before each
+    before,  # (n_tiles + 1,) i8, sum of the tiles before each
     # Out:
-    starts_out,  # (n + 1,) i8, sum of all values before each, and of all
+    starts_out,  # (n + 1,) i8, of scan_tiles, becomes the sum of all values before each
 ):
     i = cuda.grid(1)
-    if i == 0:
-        starts_out[0] = 0
-    if i < sums.shape[0]:
-        starts_out[i + 1] = sums[i] + before[i // THREADS]
+    if i < starts_out.shape[0] - 1:
+        starts_out[i + 1] += before[i // TILE]
 
 
 @cuda_kernel
@@ -58,6 +70,50 @@ def chosen(
         index_out[starts[i]] = i
 
 
+@device_function
+def place_in_merge(keys, width, i):
+    """Where key i comes when each run of `width` that is in order is merged with the next."""
+    run = i // width
+    beside = run ^ 1  # the other run that it is merged with
+    key = keys[i]
+    low = min(beside * width, keys.shape[0])
+    begin, end = low, min(low + width, keys.shape[0])
+    while low < end:
+        middle = (low + end) // 2
+        if keys[middle] < key or (beside < run and keys[middle] == key):
+            low = middle + 1
+        else:
+            end = middle
+    return min(run, beside) * width + (i - run * width) + (low - begin)
+
+
+@cuda_kernel
+def sort_tiles(
+    # In:
+    keys,  # (n,) i8
+    # Out:
+    keys_out,  # (n,) i8, each tile of TILE in order, equal keys as they were
+    places_out,  # (n,) i8, where each was
+):
+    begin, k = cuda.blockIdx.x * TILE, cuda.threadIdx.x
+    n = min(keys.shape[0] - begin, TILE)
+    shared = cuda.shared.array(TILES, numba.int64)
+    own_keys, own_places = shared[: 2 * TILE], shared[2 * TILE :]
+    for i in range(k, n, cuda.blockDim.x):
+        own_keys[i], own_places[i] = keys[begin + i], begin + i
+    cuda.syncthreads()
+    source, width = 0, 1
+    while width < n:
+        target = TILE - source
+        for i in range(k, n, cuda.blockDim.x):
+            at = target + place_in_merge(own_keys[source : source + n], width, i)
+            own_keys[at], own_places[at] = own_keys[source + i], own_places[source + i]
+        cuda.syncthreads()
+        source, width = target, 2 * width
+    for i in range(k, n, cuda.blockDim.x):
+        keys_out[begin + i], places_out[begin + i] = own_keys[source + i], own_places[source + i]
+
+
 @cuda_kernel
 def merge_runs(
     # In:
@@ -70,20 +126,8 @@ def merge_runs(
 ):
     i = cuda.grid(1)
     if i < keys.shape[0]:
-        run = i // width
-        beside = run ^ 1  # the other run that it is merged with
-        key = keys[i]
-        low = min(beside * width, keys.shape[0])
-        begin, end = low, min(low + width, keys.shape[0])
-        while low < end:
-            middle = (low + end) // 2
-            if keys[middle] < key or (beside < run and keys[middle] == key):
-                low = middle + 1
-            else:
-                end = middle
-        at = min(run, beside) * width + (i - run * width) + (low - begin)
-        keys_out[at] = key
-        places_out[at] = places[i]
+        at = place_in_merge(keys, width, i)
+        keys_out[at], places_out[at] = keys[i], places[i]
 
 
 @cuda_kernel
@@ -127,33 +171,37 @@ def fill(
 SUM, LARGEST, LEAST = range(3)
 
 
+@device_function
+def combined(operation, a, b):
+    """Of two."""
+    if operation == SUM:
+        return a + b
+    return max(a, b) if operation == LARGEST else min(a, b)
+
+
 @cuda_kernel
-def reduce_blocks(
+def reduce_tiles(
     # In:
     values,  # (n, k) i8 or f8
     column,  # i8
     operation,  # i8, SUM, LARGEST or LEAST
     # Out:
-    results_out,  # (n_blocks,) i8 or f8, of each block of THREADS
+    results_out,  # (n_tiles,) i8 or f8, of each tile of TILE
 ):
-    i, k = cuda.grid(1), cuda.threadIdx.x
+    begin, k = cuda.blockIdx.x * TILE, cuda.threadIdx.x
+    n_values = min(values.shape[0] - begin, TILE)
     # all threads of a block come to each barrier
     part = cuda.shared.array(THREADS, values.dtype)
-    begin = i - k
-    n = min(values.shape[0] - begin, cuda.blockDim.x)
+    n = min(n_values, cuda.blockDim.x)
     if k < n:
-        part[k] = values[i, column]
+        part[k] = values[begin + k, column]
+        for i in range(k + cuda.blockDim.x, n_values, cuda.blockDim.x):
+            part[k] = combined(operation, part[k], values[begin + i, column])
     while n > 1:
         cuda.syncthreads()
         half = (n + 1) // 2
         if k + half < n:
-            other = part[k + half]
-            if operation == SUM:
-                part[k] += other
-            elif operation == LARGEST:
-                part[k] = max(part[k], other)
-            else:
-                part[k] = min(part[k], other)
+            part[k] = combined(operation, part[k], part[k + half])
         n = half
     if k == 0:
         results_out[cuda.blockIdx.x] = part[0]

@@ -8,6 +8,8 @@ from izo_ref.serial.tree import WIDTH, pairs_of_block
 
 # Queries, or pairs, that a thread takes.
 CHUNK = 1
+# What makes a key of elements, which is not negative, come before all that are not.
+BEFORE = -(2**63)
 
 
 @cuda_kernel
@@ -71,21 +73,31 @@ def find_contacts(
 
 
 @cuda_kernel
-def contact_nodes(
+def gather_contacts(
     # In:
+    index,  # (n,) i8, which of the pairs
     pairs,  # (n_pairs, 2) i4, places
-    first_order,  # (n_queries,) i4
-    first_nodes,  # (n_queries, k) i4, of vertices or edges
-    second_order,  # (n_leaves,) i4
-    second_nodes,  # (n_leaves, l) i4, of faces or edges
+    pair_toi,  # (n_pairs,) f8
+    pair_directions,  # (n_pairs, 3) f8
+    first,  # Tree, of vertices or edges
+    second,  # Tree, of faces or edges
     # Out:
-    keys_out,  # (n_pairs,) i8, by elements
-    nodes_out,  # (n_pairs, 4) i4, vertex then face, or edge then edge
+    keys_out,  # (n,) i8, by elements, vertex-face pairs before edge-edge pairs
+    nodes_out,  # (n, 4) i4, vertex then face, or edge then edge
+    is_edge_edge_out,  # (n,) b1
+    toi_out,  # (n,) f8
+    directions_out,  # (n, 3) f8
 ):
     i = cuda.grid(1)
-    if i < pairs.shape[0]:
-        a, b = pairs[i, 0], pairs[i, 1]
-        keys_out[i] = pair_key(a, b, first_order, first_nodes, second_order)
-        nodes = pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes)
+    if i < index.shape[0]:
+        j = index[i]
+        a, b = pairs[j, 0], pairs[j, 1]
+        is_edge_edge = first.nodes.shape[1] == 2
+        key = pair_key(a, b, first.order, first.nodes, second.order)
+        keys_out[i] = key if is_edge_edge else key + BEFORE
+        is_edge_edge_out[i], toi_out[i] = is_edge_edge, pair_toi[j]
+        nodes = pair_nodes(a, b, first.order, first.nodes, second.order, second.nodes)
         for k in range(4):
             nodes_out[i, k] = nodes[k]
+        for axis in range(3):
+            directions_out[i, axis] = pair_directions[j, axis]

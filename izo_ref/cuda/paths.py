@@ -3,6 +3,7 @@
 from numba import cuda
 
 from izo_ref.cuda._jit import cuda_kernel
+from izo_ref.cuda.tree import differs
 from izo_ref.serial.search import is_among
 
 
@@ -16,17 +17,13 @@ def moved_vertices(
 ):
     i = cuda.grid(1)
     if i < moved_out.shape[0]:
-        moved_out[i] = (
-            positions_t0[i, 0] != positions_t1[i, 0]
-            or positions_t0[i, 1] != positions_t1[i, 1]
-            or positions_t0[i, 2] != positions_t1[i, 2]
-        )
+        moved_out[i] = differs(positions_t0, positions_t1, i)
 
 
 @cuda_kernel
 def kept_contacts(
     # In:
-    keys,  # (n,) i8, by elements
+    keys,  # (n,) i8, by kind and elements
     nodes,  # (n, 4) i4
     moved,  # (n_vertices,) b1, of others nothing is looked at
     excluded,  # (m,) i8, keys that are left out, ascending

@@ -1,8 +1,12 @@
-"""Boxes of elements, and trees over them."""
+"""Boxes of elements, and trees over them: vertices, edges and faces in one launch.
+
+Every path has its boxes anew, so all are written, and a launch takes longer than most levels do;
+on the processor (`cpu/tree.py`) those that did not change are left, a tree at a time.
+"""
 
 from numba import cuda
 
-from izo_ref.cuda._jit import cuda_kernel
+from izo_ref.cuda._jit import cuda_kernel, device_function
 from izo_ref.serial.boxes import (
     element_block,
     morton_code,
@@ -10,23 +14,6 @@ from izo_ref.serial.boxes import (
     parent_block,
     vertex_box,
 )
-from izo_ref.serial.tree import WIDTH
-
-
-@cuda_kernel
-def vertex_boxes(
-    # In:
-    positions_t0,  # (n_vertices, 3) f8  [m]
-    low_t1,  # (n_vertices, 3) f8  [m], between these the vertex ends
-    high_t1,  # (n_vertices, 3) f8  [m]
-    origin,  # (3,) f8  [m]
-    scale,  # f8  [1/m], a power of two
-    # Out:
-    boxes_out,  # (n_vertices, 9) f4, start, then lowest and highest end; without unit
-):
-    i = cuda.grid(1)
-    if i < positions_t0.shape[0]:
-        vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out)
 
 
 @cuda_kernel
@@ -45,41 +32,74 @@ def morton_codes(
 
 
 @cuda_kernel
-def moved_lanes(
+def path_boxes(
     # In:
-    vertex_moved,  # (n_vertices,) b1
-    nodes,  # (n_elements, k) i4
+    positions_t0,  # (n_vertices, 3) f8  [m]
+    positions_t1,  # (n_vertices, 3) f8  [m]
+    origin,  # (3,) f8  [m]
+    scale,  # f8  [1/m], a power of two
     # Out:
-    lanes_out,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
+    boxes_out,  # (n_vertices, 9) f4, start, then lowest and highest end; without unit
+    moved_out,  # (n_vertices,) b1, the two ends differ
 ):
-    block = cuda.grid(1)
-    if block < (nodes.shape[0] + WIDTH - 1) // WIDTH:
-        lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
+    i = cuda.grid(1)
+    if i < positions_t0.shape[0]:
+        vertex_box(i, positions_t0, positions_t1, positions_t1, origin, scale, boxes_out)
+        moved_out[i] = differs(positions_t0, positions_t1, i)
+
+
+@device_function
+def differs(a, b, i):
+    """Whether row i of two arrays of points does."""
+    return a[i, 0] != b[i, 0] or a[i, 1] != b[i, 1] or a[i, 2] != b[i, 2]
 
 
 @cuda_kernel
-def element_blocks(
+def boxes_of_elements(
     # In:
     vertex_boxes,  # (n_vertices, 9) f4
-    nodes,  # (n_elements, k) i4
-    lanes,  # (>= n_blocks,) u1
+    vertex_moved,  # (n_vertices,) b1
     # Out:
-    blocks_out,  # (>= n_blocks, ROWS, WIDTH) f4, blocks that have lanes are written
+    vertices_out,  # Tree, boxes of elements, and lanes of those with a vertex that moved
+    edges_out,  # Tree
+    faces_out,  # Tree
 ):
-    block = cuda.grid(1)
-    if block < (nodes.shape[0] + WIDTH - 1) // WIDTH and lanes[block] != 0:
-        element_block(block, vertex_boxes, nodes, blocks_out)
+    tree, block = block_of_trees(cuda.grid(1), 0, vertices_out, edges_out, faces_out)
+    if block >= 0:
+        tree.lanes[block] = moved_lanes_of(block, vertex_moved, tree.nodes)
+        element_block(block, vertex_boxes, tree.nodes, tree.blocks)
 
 
 @cuda_kernel
-def parent_blocks(
+def boxes_of_parents(
     # In:
-    first,  # i8, the first block of the level
-    end,  # i8, behind its last one; the level above begins there
+    level,  # i8, 1 or higher
     # Out:
-    lanes_out,  # (m,) u1
-    blocks_out,  # (m, ROWS, WIDTH) f4
+    vertices_out,  # Tree, boxes and lanes of the blocks of the level
+    edges_out,  # Tree
+    faces_out,  # Tree
 ):
-    parent = cuda.grid(1)
-    if parent < (end - first + WIDTH - 1) // WIDTH:
-        parent_block(parent, first, end, lanes_out, blocks_out)
+    tree, parent = block_of_trees(cuda.grid(1), level, vertices_out, edges_out, faces_out)
+    if parent >= 0:
+        first, end = tree.levels[level - 1], tree.levels[level]
+        parent_block(parent, first, end, True, tree.lanes, tree.blocks)
+
+
+@device_function
+def block_of_trees(k, level, first, second, third):
+    """The tree of the k-th block of a level of the three, and its number there; -1: none."""
+    size = size_of_level(first.levels, level)
+    if k < size:
+        return first, k
+    k -= size
+    size = size_of_level(second.levels, level)
+    if k < size:
+        return second, k
+    k -= size
+    return third, k if k < size_of_level(third.levels, level) else -1
+
+
+@device_function
+def size_of_level(levels, level):
+    """Blocks of a level of a tree; 0 if it has none."""
+    return levels[level + 1] - levels[level] if level + 1 < levels.shape[0] else 0

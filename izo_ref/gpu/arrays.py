@@ -8,6 +8,7 @@ from numba.cuda.cudadrv.driver import CudaAPIError
 
 from izo_ref.cuda import arrays as kernels
 from izo_ref.cuda._jit import THREADS
+from izo_ref.cuda.arrays import ITEMS, TILE
 from izo_ref.errors import DeviceMemoryError
 
 
@@ -77,14 +78,18 @@ def counted(n, first=0):
     return result
 
 
+def _in_tiles(kernel, n):
+    """The kernel for n values, of which each thread takes some."""
+    return kernel.in_blocks(-(-n // TILE), min(-(-n // ITEMS), THREADS))
+
+
 def starts_of(values):
     """(n + 1,) i8, the sum of the values before each, and of all; n is not 0."""
     n = values.shape[0]
-    n_blocks = -(-n // THREADS)
-    sums, totals, starts = empty(n, np.int64), empty(n_blocks, np.int64), empty(n + 1, np.int64)
-    kernels.scan_blocks[n](values, sums, totals)
-    before = starts_of(totals) if n_blocks > 1 else filled(1, 0, np.int64)
-    kernels.starts_from_sums[n](sums, before, starts)
+    totals, starts = empty(-(-n // TILE), np.int64), empty(n + 1, np.int64)
+    _in_tiles(kernels.scan_tiles, n)(values, starts, totals)
+    if totals.shape[0] > 1:
+        kernels.add_tiles[n](starts_of(totals), starts)
     return starts
 
 
@@ -106,15 +111,16 @@ def indices_of(flags):
 def order_of(keys):
     """(n,) i8, the stable order that sorts keys, (n,) i8, ascending.
 
-    Runs are merged, of one, of two, of four: log2(n) passes in which each key looks for its
-    place among those of the run beside it.
+    Tiles are sorted by a block each; then runs are merged, of one tile, of two, of four: passes in
+    which each key looks for its place among those of the run beside it.
     """
-    n, width = keys.shape[0], 1
-    places = counted(n)
+    n, width = keys.shape[0], TILE
+    own_keys, places = empty(n, np.int64), empty(n, np.int64)
+    _in_tiles(kernels.sort_tiles, n)(keys, own_keys, places)
     while width < n:
         merged, merged_places = empty(n, np.int64), empty(n, np.int64)
-        kernels.merge_runs[n](width, keys, places, merged, merged_places)
-        keys, places, width = merged, merged_places, 2 * width
+        kernels.merge_runs[n](width, own_keys, places, merged, merged_places)
+        own_keys, places, width = merged, merged_places, 2 * width
     return places
 
 
@@ -148,12 +154,11 @@ def joined(parts):
 def reduced(values, operation, column=0):
     """SUM, LARGEST or LEAST of a column of (n, k) i8 or f8, n > 0; on the processor.
 
-    In blocks, then blocks of blocks: sums are the same from run to run.
+    In tiles, then tiles of tiles: sums are the same from run to run.
     """
     while True:
-        n_blocks = -(-values.shape[0] // THREADS)
-        results = empty(n_blocks, values.dtype)
-        kernels.reduce_blocks[values.shape[0]](values, column, operation, results)
-        if n_blocks == 1:
+        results = empty(-(-values.shape[0] // TILE), values.dtype)
+        _in_tiles(kernels.reduce_tiles, values.shape[0])(values, column, operation, results)
+        if results.shape[0] == 1:
             return on_host(results)[0]
         values, column = as_column(results), 0

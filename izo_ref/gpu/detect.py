@@ -4,13 +4,14 @@ Each path is looked at anew: all pairs whose moving boxes meet, counted and then
 that there is no limit; of these the contacts, and of those the impacts, sorted.
 """
 
-from itertools import pairwise
+from itertools import zip_longest
 
 import numpy as np
 
 from izo_ref.broad import bare_tree, box_frame, morton_grid
 from izo_ref.cuda import advance as frames
-from izo_ref.cuda import contacts, paths, tree
+from izo_ref.cuda import contacts, paths
+from izo_ref.cuda import tree as trees
 from izo_ref.cuda.arrays import LARGEST, SUM
 from izo_ref.gpu.arrays import (
     counted,
@@ -19,17 +20,17 @@ from izo_ref.gpu.arrays import (
     indices_of,
     joined,
     on_device,
-    on_host,
     order_of,
     reduced,
     starts_of,
     take,
     total_of,
 )
+from izo_ref.gpu.impacts import empty_impacts, impacts_on_device, impacts_on_host
 from izo_ref.scalar.advance import MAX_STEPS
-from izo_ref.serial.tree import WIDTH, Tree
+from izo_ref.serial.tree import Tree
 from izo_ref.tally import Tally
-from izo_ref.types import Impacts
+from izo_ref.types import Impacts, no_impacts
 
 # Pairs that are looked at in one launch: what is kept of each takes 64 bytes until the contacts
 # are known.
@@ -43,28 +44,24 @@ class Elements:
         nodes: (n, k) i4, on the processor.
         positions_t0: (n_vertices, 3) f8 [m], on the device.
         grid: origin and cells per metre of the curve along which they are sorted.
+
+    Attributes:
+        tree: `Tree`, on the device.
+        levels: its levels, on the processor.
+        numbers: (n,) i8, 0, 1, ...
+        no_room: (n + 1,) i8, zeros.
     """
 
     def __init__(self, nodes, positions_t0, grid):
         n = len(nodes)
         nodes, codes = on_device(nodes), empty(n, np.int64)
-        tree.morton_codes[n](positions_t0, nodes, *grid, codes)
+        trees.morton_codes[n](positions_t0, nodes, *grid, codes)
         index = order_of(codes)
         order = take(on_device(np.arange(n, dtype=np.int32)), index)
-        blocks, lanes, self._levels = bare_tree(n, np.float32)
-        self.tree = Tree(
-            order, take(nodes, index), on_device(blocks), on_device(lanes), on_device(self._levels)
-        )
-
-    def refit(self, vertex_boxes, vertex_moved):
-        """Boxes of elements with a moved vertex; they are the ones looked at."""
-        own, levels = self.tree, self._levels
-        n_blocks = -(-own.nodes.shape[0] // WIDTH)
-        tree.moved_lanes[n_blocks](vertex_moved, own.nodes, own.lanes)
-        tree.element_blocks[n_blocks](vertex_boxes, own.nodes, own.lanes, own.blocks)
-        for first, end in pairwise(levels[:-1]):
-            n_parents = -(-(end - first) // WIDTH)
-            tree.parent_blocks[n_parents](int(first), int(end), own.lanes, own.blocks)
+        blocks, lanes, self.levels = bare_tree(n, np.float32)
+        levels = on_device(self.levels)
+        self.tree = Tree(order, take(nodes, index), on_device(blocks), on_device(lanes), levels)
+        self.numbers, self.no_room = counted(n), filled(n + 1, 0, np.int64)
 
 
 class Detector:
@@ -72,14 +69,15 @@ class Detector:
 
     Args:
         scene: `Scene`.
+        counts_proofs: whether the tally does.
 
     Attributes:
         tally: `Tally` of the last detection.
     """
 
-    def __init__(self, scene):
+    def __init__(self, scene, counts_proofs=False):
         start = scene.positions_t0
-        self.tally = Tally()
+        self.tally, self._counts_proofs = Tally(), counts_proofs
         self._n = len(start)
         self._has_faces = len(scene.faces) > 0
         if not self._has_faces:
@@ -90,10 +88,10 @@ class Detector:
         grid_origin, cells_per_m = morton_grid(start)
         grid = on_device(grid_origin), cells_per_m
         vertices = np.arange(self._n, dtype=np.int32).reshape(-1, 1)
-        self._vertices, self._edges, self._faces = (
+        self._elements = [
             Elements(nodes, self._start, grid) for nodes in (vertices, scene.edges, scene.faces)
-        )
-        self._excluded = [on_device(keys) for keys in _excluded_keys(scene)]
+        ]
+        self._excluded = on_device(_excluded_keys(scene))
         self._no_reach = filled(self._n, 0.0, np.float64)
 
     def find(self, positions_t1) -> Impacts:
@@ -108,50 +106,45 @@ class Detector:
         """
         self.tally = Tally()
         if not self._has_faces:
-            return _joined_impacts([])
-        moved = empty(self._n, np.bool_)
-        paths.moved_vertices[self._n](self._start, positions_t1, moved)
-        self._refit(positions_t1, moved)
-        return _joined_impacts(
-            [
-                self._impacts(self._vertices, self._faces, self._excluded[0], positions_t1, moved),
-                self._impacts(self._edges, self._edges, self._excluded[1], positions_t1, moved),
-            ]
-        )
-
-    def _refit(self, positions_t1, moved):
-        """Boxes of all; those that do not move are not looked at, but met."""
-        boxes = empty((self._n, 9), np.float32)
-        tree.vertex_boxes[self._n](self._start, positions_t1, positions_t1, *self._frame, boxes)
-        everything = filled(self._n, True, np.bool_)
-        for elements in (self._vertices, self._edges, self._faces):
-            elements.refit(boxes, everything)
-            elements.refit(boxes, moved)
-
-    def _impacts(self, first, second, excluded, positions_t1, moved):
-        pairs = _meeting_pairs(first, second)
-        kind = "edge_edge" if first is second else "vertex_face"
-        pairs, toi, directions = self._contacts(kind, pairs, first.tree, second.tree, positions_t1)
-        n = pairs.shape[0]
-        keys, nodes = empty(n, np.int64), empty((n, 4), np.int32)
-        trees = first.tree.order, first.tree.nodes, second.tree.order, second.tree.nodes
-        contacts.contact_nodes[n](pairs, *trees, keys, nodes)
+            return impacts_on_device(no_impacts())
+        moved = self._refit(positions_t1)
+        vertices, edges, faces = self._elements
+        found = [
+            *self._contacts("vertex_face", vertices, faces, positions_t1),
+            *self._contacts("edge_edge", edges, edges, positions_t1),
+        ]
+        columns = zip(*found, strict=True)
+        keys, *contacts = found[0] if len(found) == 1 else [joined(parts) for parts in columns]
+        n = keys.shape[0]
         kept = empty(n, np.bool_)
-        paths.kept_contacts[n](keys, nodes, moved, excluded, kept)
+        paths.kept_contacts[n](keys, contacts[0], moved, self._excluded, kept)
         index = indices_of(kept)
         index = take(index, order_of(take(keys, index)))
-        nodes, toi, directions = take(nodes, index), take(toi, index), take(directions, index)
-        n = index.shape[0]
-        kinds = filled(n, first is second, np.bool_)
-        weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
-        frames.impact_frames[n](
-            self._start, positions_t1, nodes, kinds, toi, directions, weights, normals
+        found = empty_impacts(index.shape[0])
+        frames.impacts_of_contacts[index.shape[0]](
+            self._start, positions_t1, index, *contacts, *found
         )
-        return Impacts(nodes, kinds, toi, weights, normals)
+        return found
 
-    def _contacts(self, kind, pairs, first, second, positions_t1):
-        """Those that are not proved apart, their times and directions; by batches of pairs."""
-        found = []
+    def _refit(self, positions_t1):
+        """Boxes of all; those that do not move are not looked at, but met.
+
+        Returns which vertices move, (n_vertices,) b1.
+        """
+        boxes, moved = empty((self._n, 9), np.float32), empty(self._n, np.bool_)
+        trees.path_boxes[self._n](self._start, positions_t1, *self._frame, boxes, moved)
+        own = [elements.tree for elements in self._elements]
+        for level, n_blocks in enumerate(_sizes([e.levels for e in self._elements])):
+            if level == 0:
+                trees.boxes_of_elements[n_blocks](boxes, moved, *own)
+            else:
+                trees.boxes_of_parents[n_blocks](level, *own)
+        return moved
+
+    def _contacts(self, kind, first, second, positions_t1):
+        """Those that are not proved apart, by batches of pairs: keys, nodes, times, directions."""
+        pairs = _meeting_pairs(first, second)
+        first, second = first.tree, second.tree
         for begin in range(0, max(pairs.shape[0], 1), BATCH):
             batch = pairs[begin : begin + BATCH]
             n = batch.shape[0]
@@ -173,14 +166,26 @@ class Detector:
                 toi,
                 directions,
             )
-            if n:
-                proofs, most = reduced(tallies, SUM, 1), reduced(tallies, LARGEST, 2)
-                self.tally.add(kind, n, proofs, most)
             is_contact = empty(n, np.bool_)
             paths.touching[n](tallies, is_contact)
             own = indices_of(is_contact)
-            found.append((take(batch, own), take(toi, own), take(directions, own)))
-        return tuple(joined(parts) for parts in zip(*found, strict=True))
+            m = own.shape[0]
+            found = (
+                empty(m, np.int64),
+                empty((m, 4), np.int32),
+                empty(m, np.bool_),
+                empty(m, np.float64),
+                empty((m, 3), np.float64),
+            )
+            contacts.gather_contacts[m](own, batch, toi, directions, first, second, *found)
+            self._count(kind, n, tallies)
+            yield found
+
+    def _count(self, kind, n, tallies):
+        proofs, most = 0, 0
+        if self._counts_proofs and n:
+            proofs, most = reduced(tallies, SUM, 1), reduced(tallies, LARGEST, 2)
+        self.tally.add(kind, n, proofs, most)
 
 
 class HostDetector:
@@ -200,7 +205,7 @@ class HostDetector:
         found = self._detector.find(on_device(positions_t1))
         self.tally = self._detector.tally
         self.tally.moved = int(moved)
-        return Impacts(*(on_host(column) for column in found))
+        return impacts_on_host(found)
 
 
 def impacts_of_scene(scene) -> Impacts:
@@ -208,40 +213,34 @@ def impacts_of_scene(scene) -> Impacts:
     return HostDetector(Detector(scene)).find(scene.positions_t1)
 
 
+def _sizes(levels_of_trees):
+    """Blocks of each level of several trees together, from the elements' up."""
+    sizes = [np.diff(levels) for levels in levels_of_trees]
+    return [sum(map(int, level)) for level in zip_longest(*sizes, fillvalue=0)]
+
+
 def _meeting_pairs(queries: Elements, leaves: Elements):
     """(n, 2) i4, places of a query and a leaf whose boxes meet: counted, then written."""
     n = queries.tree.nodes.shape[0]
-    chunks, counts = counted(n), empty(n, np.int64)
-    same, no_room = queries is leaves, filled(n + 1, 0, np.int64)
-    trees = queries.tree, leaves.tree
-    contacts.find_pairs[n](chunks, no_room, *trees, same, counts, empty((0, 2), np.int32))
+    counts, same = empty(n, np.int64), queries is leaves
+    trees, nothing = (queries.tree, leaves.tree), empty((0, 2), np.int32)
+    contacts.find_pairs[n](queries.numbers, queries.no_room, *trees, same, counts, nothing)
     starts = starts_of(counts)
     pairs = empty((total_of(starts), 2), np.int32)
-    contacts.find_pairs[n](chunks, starts, *trees, same, counts, pairs)
+    contacts.find_pairs[n](queries.numbers, starts, *trees, same, counts, pairs)
     return pairs
 
 
-def _joined_impacts(parts):
-    if not parts:
-        return Impacts(
-            empty((0, 4), np.int32),
-            empty(0, np.bool_),
-            empty(0, np.float64),
-            empty((0, 4), np.float64),
-            empty((0, 3), np.float64),
-        )
-    return Impacts(*(joined(columns) for columns in zip(*parts, strict=True)))
-
-
 def _excluded_keys(scene):
-    """Keys of the pairs left out, vertex-face and edge-edge, each ascending."""
+    """Keys of the pairs left out, ascending, as `gather_contacts` makes them."""
     if scene.excluded is None:
-        return np.empty(0, np.int64), np.empty(0, np.int64)
+        return np.empty(0, np.int64)
     nodes, ee = scene.excluded.nodes.astype(np.int64), scene.excluded.is_edge_edge
     faces = _row_numbers(scene.faces, nodes[~ee, 1:])
     one, other = _row_numbers(scene.edges, nodes[ee, :2]), _row_numbers(scene.edges, nodes[ee, 2:])
     low, high = np.minimum(one, other), np.maximum(one, other)
-    return np.sort(nodes[~ee, 0] << 32 | faces), np.sort(low << 32 | high)
+    vertex_face = (nodes[~ee, 0] << 32 | faces) + contacts.BEFORE
+    return np.sort(np.concatenate((vertex_face, low << 32 | high)))
 
 
 def _row_numbers(rows, wanted):

@@ -21,8 +21,15 @@ from izo_ref.gpu.arrays import (
     reduced,
     starts_of,
     take,
+    total_of,
 )
 from izo_ref.gpu.detect import Detector, HostDetector
+from izo_ref.gpu.impacts import (
+    impacts_on_device,
+    impacts_on_host,
+    joined_impacts,
+    take_impacts,
+)
 from izo_ref.gpu.selection import select_impacts
 from izo_ref.gpu.solve import Rows, solve_zones
 from izo_ref.gpu.zones import build_zones
@@ -56,8 +63,7 @@ class Step:
         self._targets = on_device(scene.positions_t1)
         self.longest = (self._targets, -1.0)
         self._seen = None
-        nothing = Impacts(*(on_device(column) for column in no_impacts()))
-        self.begin(nothing, empty(0, np.float64))
+        self.begin(impacts_on_device(no_impacts()), empty(0, np.float64))
 
     def begin(self, impacts: Impacts, multipliers):
         self.positions = copied(self._targets)
@@ -68,7 +74,7 @@ class Step:
 
     def begin_anew(self):
         index = indices_of(self.active)
-        kept, n = _take_impacts(self.impacts, index), index.shape[0]
+        kept, n = take_impacts(self.impacts, index), index.shape[0]
         weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
         advance.closest_frames[n](self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
         kept = kept._replace(weights=weights, normals=normals)
@@ -108,7 +114,7 @@ class Step:
         kernels.impacts_to_solve[n](found.nodes, found.weights, self._pinned, kept)
         index = indices_of(kept)
         n_found = index.shape[0]
-        self.found = found if n_found == n else _take_impacts(found, index)
+        self.found = found if n_found == n else take_impacts(found, index)
         candidates = sum(self._detector.tally.pairs.values())
         return Detected(n_found, n - n_found, self._count_moved(), candidates)
 
@@ -118,16 +124,16 @@ class Step:
             return self._n
         moved = empty(self._n, np.bool_)
         paths.moved_vertices[self._n](seen, self.positions, moved)
-        return indices_of(moved).shape[0]
+        return total_of(starts_of(moved))
 
     def select(self) -> int:
         n = self.found.toi.shape[0]
         hopeful = empty(n, np.bool_)
         kernels.hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
-        new = _take_impacts(self.found, indices_of(hopeful))
-        new = _take_impacts(new, select_impacts(new, self._pinned, self._options.selection))
-        both = zip(self.impacts, new, strict=True)
-        self.impacts = Impacts(*(joined(columns) for columns in both))
+        index = indices_of(hopeful)
+        new = self.found if index.shape[0] == n else take_impacts(self.found, index)
+        new = take_impacts(new, select_impacts(new, self._pinned, self._options.selection))
+        self.impacts = joined_impacts(self.impacts, new)
         return new.toi.shape[0]
 
     def solve(self, first_new: int):
@@ -136,15 +142,17 @@ class Step:
         missing = self.n_impacts - self.multipliers.shape[0]
         self.multipliers = joined([self.multipliers, filled(missing, 0.0, np.float64)])
         self.active = joined([self.active, filled(missing, False, np.bool_)])
-        changed = filled(n_zones, True, np.bool_)
         if "changed-zones" in self._options.rules:
-            offsets = grouped.impact_offsets
+            offsets, changed = grouped.impact_offsets, empty(n_zones, np.bool_)
             kernels.changed_zones[n_zones](grouped.impacts, offsets, first_new, changed)
+        else:
+            changed = filled(n_zones, True, np.bool_)
         chosen = empty(n_zones, np.bool_)
         kernels.zones_to_solve[n_zones](changed, self._spread_stuck(grouped), chosen)
         part = _zones_of(grouped, chosen)
-        if len(part):
-            self._solve_part(part)
+        if part is None:
+            return n_zones, 0
+        self._solve_part(part)
         return n_zones, len(part)
 
     def _spread_stuck(self, grouped):
@@ -185,13 +193,13 @@ class Step:
         left = empty(len(part), np.bool_)
         kernels.opposite[len(part)](solution.solved, left)
         part = _zones_of(part, left)
-        if len(part):
+        if part is not None:
             self._solve_on_host(part)
 
     def _scaled_rows(self, part):
         """`Rows` of zones, and which of them nothing can satisfy."""
         n = part.impacts.shape[0]
-        own = _take_impacts(self.impacts, part.impacts)
+        own = take_impacts(self.impacts, part.impacts)
         unknowns, hopeless = empty((n, 4), np.int32), empty(n, np.bool_)
         coefficients, rhs, lengths = (empty(s, np.float64) for s in ((n, 4), n, n))
         zones.scaled_rows[n](
@@ -215,7 +223,7 @@ class Step:
 
     def _solve_on_host(self, part):
         self.n_left += len(part)
-        own = _on_host(_take_impacts(self.impacts, part.impacts))
+        own = impacts_on_host(take_impacts(self.impacts, part.impacts))
         grouped = Zones(*(on_host(column) for column in part))
         local = Zones(np.arange(len(own.toi)), *grouped[1:])
         everything = np.arange(len(part))
@@ -240,20 +248,12 @@ class Step:
         detector = HostDetector(self._detector, seen)
         same = self._host_step(self.scene, self._thickness, self._options, detector)
         same.positions = on_host(self.positions)
-        same.impacts = _on_host(self.impacts)
+        same.impacts = impacts_on_host(self.impacts)
         same.multipliers, same.active = on_host(self.multipliers), on_host(self.active)
         same.stuck = on_host(self.stuck)
         same.longest = (on_host(self.longest[0]), self.longest[1])
         same.n_left = self.n_left
         return same
-
-
-def _take_impacts(impacts, index):
-    return Impacts(*(take(column, index) for column in impacts))
-
-
-def _on_host(impacts):
-    return Impacts(*(on_host(column) for column in impacts))
 
 
 def _parts_of(starts, members):
@@ -264,8 +264,10 @@ def _parts_of(starts, members):
 
 
 def _zones_of(grouped, chosen):
-    """`Zones`: those chosen, (n_zones,) b1."""
+    """`Zones`: those chosen, (n_zones,) b1; None if there are none."""
     index = indices_of(chosen)
+    if index.shape[0] == 0:
+        return None
     if index.shape[0] == len(grouped):
         return grouped
     columns = []
@@ -274,12 +276,8 @@ def _zones_of(grouped, chosen):
         kernels.members_of_chosen[members.shape[0]](_parts_of(starts, members), chosen, flags)
         kernels.sizes_of[len(grouped)](starts, sizes)
         columns.append(take(members, indices_of(flags)))
-        columns.append(_offsets(take(sizes, index)))
+        columns.append(starts_of(take(sizes, index)))
     return Zones(*columns)
-
-
-def _offsets(sizes):
-    return starts_of(sizes) if sizes.shape[0] else filled(1, 0, np.int64)
 
 
 def _put(index, rows, values):

@@ -75,14 +75,15 @@ def element_block(block, vertex_boxes, nodes, blocks_out):
 
 
 @compiled
-def parent_block(parent, first, end, lanes_out, blocks_out):
-    """Lanes and boxes of a block of the level above that of blocks first..end."""
+def parent_block(parent, first, end, everything, lanes_out, blocks_out):
+    """Lanes of a block of the level above that of blocks first..end, and boxes of these or all."""
     moved = 0
     for lane in range(min(WIDTH, end - first - WIDTH * parent)):
         child = first + WIDTH * parent + lane
-        if lanes_out[child] == 0:
+        if lanes_out[child] != 0:
+            moved |= 1 << lane
+        elif not everything:
             continue
-        moved |= 1 << lane
         for row in range(12):
             value = blocks_out[child, row, 0]
             for k in range(1, WIDTH):

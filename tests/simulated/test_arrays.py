@@ -9,18 +9,22 @@ from izo_ref.cuda.arrays import LARGEST, LEAST, SUM
 from izo_ref.errors import DeviceMemoryError
 from izo_ref.gpu import arrays
 
-THREADS = 4
-SIZES = [1, 3, THREADS, 3 * THREADS + 3]
+THREADS, ITEMS = 4, 2
+TILE = THREADS * ITEMS
+SIZES = [1, 3, TILE, 3 * TILE + 3]
 
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
     """The simulator has a thread of the system for each of a block."""
+    sizes = {"THREADS": THREADS, "ITEMS": ITEMS, "TILE": TILE, "TILES": 4 * TILE}
     for module in (_jit, kernels, arrays):
-        monkeypatch.setattr(module, "THREADS", THREADS)
+        for name, value in sizes.items():
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, value)
 
 
-@pytest.mark.parametrize("n", [*SIZES, THREADS**3 + 1])
+@pytest.mark.parametrize("n", [*SIZES, TILE**2 + 1])
 def test_sums_before_each(rng, n):
     values = rng.integers(0, 9, n)
     starts = arrays.on_host(arrays.starts_of(arrays.on_device(values)))
@@ -41,7 +45,7 @@ def test_orders_are_stable(rng, n):
     assert np.array_equal(order, np.argsort(keys, kind="stable"))
 
 
-@pytest.mark.parametrize("n", [*SIZES, THREADS**2 + 2])
+@pytest.mark.parametrize("n", [*SIZES, TILE**2 + 2])
 def test_columns_are_reduced(rng, n):
     for values in (rng.normal(size=(n, 3)), rng.integers(-9, 9, (n, 3))):
         own = arrays.on_device(values)

@@ -253,8 +253,8 @@ DETECTION = [
     Fault(
         "sums-of-a-block-alone",
         "izo_ref/cuda/arrays.py",
-        "sums[i] + before[i // THREADS]",
-        "sums[i] + 0 * before[i // THREADS]",
+        "starts_out[i + 1] += before[i // TILE]",
+        "starts_out[i + 1] += 0 * before[i // TILE]",
         "on the device each block of threads writes as if it were the first",
         (SIMULATOR,),
     ),
