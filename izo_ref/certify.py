@@ -7,6 +7,7 @@ import numpy as np
 from izo_ref import checks
 from izo_ref.cpu import advance as kernels
 from izo_ref.detect import Detector
+from izo_ref.devices import chosen_device, on_processor
 from izo_ref.exact_path import first_meeting
 from izo_ref.options import RULES
 from izo_ref.types import Impacts, Pairs
@@ -43,9 +44,10 @@ def certify_path(scene, positions, rules=frozenset(RULES), device: str = "cpu") 
 
     Args:
         scene: `Scene`, gives the start, the mesh and the pairs left out.
-        positions: (n, 3) [m], end of the path.
+        positions: (n, 3) [m], end of the path; may be on a GPU.
         rules: names of `options.RULES` that are applied.
-        device: `cpu`, or `cuda`, where a GPU proves and the processor decides the pairs left.
+        device: `cpu`; `cuda`, where a GPU proves and the processor decides the pairs left; or
+            `auto`, as of `resolve`.
 
     Raises:
         ShapeError, NonFiniteError: of `positions`.
@@ -53,8 +55,9 @@ def certify_path(scene, positions, rules=frozenset(RULES), device: str = "cpu") 
 
     Source: SPEC section 8.
     """
+    positions = on_processor(positions)
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
-    filtered = _filtered_on_device if checks.device(device) == "cuda" else _filtered
+    filtered = _filtered_on_device if chosen_device(device, scene) == "cuda" else _filtered
     found, certain, tally = filtered(scene, positions, rules)
     if "float-verdicts" not in rules:
         certain[:] = False

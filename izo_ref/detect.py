@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from izo_ref import checks
 from izo_ref.broad import Elements, meeting_pairs, scattered, vertex_boxes
 from izo_ref.cpu import advance as kernels
 from izo_ref.cpu.contacts import CHUNK, contact_nodes, find_contacts
+from izo_ref.devices import chosen_device
 from izo_ref.options import RULES
 from izo_ref.parts import Parts
 from izo_ref.ranges import ranges
@@ -292,7 +292,7 @@ def find_impacts(scene, device="cpu") -> Impacts:
 
     Args:
         scene: `Scene`.
-        device: `cpu` or `cuda`.
+        device: `cpu`, `cuda` or `auto`, as of `resolve`.
 
     Returns:
         `Impacts`: vertex-face pairs by vertex and face, then edge-edge pairs by edges.
@@ -302,7 +302,7 @@ def find_impacts(scene, device="cpu") -> Impacts:
 
     Source: SPEC section 1; the proof is in `scalar/advance.py`.
     """
-    if checks.device(device) == "cuda":
+    if chosen_device(device, scene) == "cuda":
         from izo_ref.gpu.device import require_device
 
         require_device()

@@ -32,6 +32,7 @@ def renumbered(scene, order):
     result = copy.copy(scene)
     for name in ("positions_t0", "positions_t1", "masses", "pinned"):
         setattr(result, name, np.ascontiguousarray(getattr(scene, name)[order]))
+    result.on_gpu = {name: (array, order) for name, (array, _) in scene.on_gpu.items()}
     result.faces = _canonical_faces(place[scene.faces])
     result.edges = edges_of(result.faces)
     if scene.excluded is not None:

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from izo_ref import devices
 from izo_ref.options import Options
 from izo_ref.parts import Parts
 
@@ -47,6 +48,7 @@ def plan(scene, options: Options | None = None) -> Plan:
     options = options or Options()
     moving = (scene.positions_t0 != scene.positions_t1).any(axis=1)
     lines = [
+        _gpu(scene),
         _detection(scene, moving),
         _pairs_at_rest(moving),
         _parts(scene, moving),
@@ -70,6 +72,14 @@ def _switched(line, rules):
     if not line.rule or line.rule in rules or line.needed == "all":
         return line
     return line._replace(needed="all", reason=f"its rule is switched off; else: {line.reason}")
+
+
+def _gpu(scene):
+    pays, n = len(scene.faces) >= devices.GPU_FACES, len(scene.faces)
+    reason = (
+        f"{n} triangles; it pays from {devices.GPU_FACES} on, and with device 'auto' is used then"
+    )
+    return PlanLine("a GPU", "all" if pays else "none", reason, "")
 
 
 def _detection(scene, moving):

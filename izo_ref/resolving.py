@@ -3,12 +3,14 @@
 import time
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from izo_ref import checks
 from izo_ref.certify import PathCertificate, certify_path
 from izo_ref.detect import Detector, median_length
+from izo_ref.devices import chosen_device
 from izo_ref.fallback import ScaledBack, scale_back
 from izo_ref.loop import Iteration, Loop
 from izo_ref.numbering import geometric_order, impacts_back, renumbered
@@ -29,6 +31,8 @@ class Result:
     Attributes:
         positions: (n, 3) f8 [m], end of the path; pinned vertices, and all that nothing
             pushes, are at their proposed positions bit for bit.
+        positions_on_gpu: the same as an array of the GPU (`__cuda_array_interface__`), where one
+            ran the loop; else None.
         status: `Status`.
         objective: [m^2], sum m |x - y|^2 / sum m over the unpinned vertices.
         thickness: [m], the one used.
@@ -53,6 +57,7 @@ class Result:
     """
 
     positions: np.ndarray
+    positions_on_gpu: Any
     status: Status
     objective: float
     thickness: float
@@ -88,7 +93,7 @@ def resolve(
             `options.thickness_fraction` of the median edge length at the start.
         device: `cpu`; `cuda`, where a GPU runs the loop and the filter of the certificate, and
             the processor solves the zones that it leaves, scales back, and judges; `auto`,
-            which is `cpu` for now.
+            which is `cuda` if there is a GPU and `plan` says that it pays, else `cpu`.
         options: `Options`.
         on_iteration: called with each `Iteration` as it ends.
 
@@ -101,6 +106,7 @@ def resolve(
     Source: SPEC sections 6 and 7.
     """
     options = options or Options()
+    device = chosen_device(device, scene)
     make_step = _steps_of(device)
     thickness = _thickness(scene, thickness, options)
     times = {"start": time.perf_counter()}
@@ -115,8 +121,8 @@ def resolve(
     if free and loop.step.n_active:
         _relinearize(loop, options)
     times["relinearize"] = time.perf_counter()
-    step = loop.step = loop.step.on_host()
-    scaled_back = []
+    looped, scaled_back = loop.step, []
+    step = loop.step = looped.on_host()
     if not free:
         scaled_back = scale_back(loop)
         detected = step.detect()
@@ -126,6 +132,7 @@ def resolve(
 
     positions = np.empty_like(scene.positions_t1)
     positions[order] = step.positions
+    positions_on_gpu = looped.on_gpu(positions, None if not free else order)
     certificate = certify_path(scene, positions, options.rules, device)
     times["certify"] = time.perf_counter()
     scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
@@ -140,6 +147,7 @@ def resolve(
     times["judge"] = time.perf_counter()
     return Result(
         positions=positions,
+        positions_on_gpu=positions_on_gpu,
         objective=objective(scene, positions),
         thickness=thickness,
         **_verdict(certificate, scaled_back, judged, options),
@@ -207,7 +215,7 @@ def _thickness(scene, thickness, options):
 
 def _steps_of(device):
     """What makes a `Step` from a scene, a thickness and options."""
-    if checks.device(device) == "cuda":
+    if device == "cuda":
         from izo_ref.gpu.device import require_device
 
         require_device()

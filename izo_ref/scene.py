@@ -3,6 +3,7 @@
 import numpy as np
 
 from izo_ref import checks
+from izo_ref.devices import is_on_gpu, on_processor
 from izo_ref.errors import DegenerateFaceError, InitialIntersectionError, OptionError
 from izo_ref.intersections import intersecting_pairs
 from izo_ref.ranges import distinct
@@ -12,6 +13,10 @@ SHOWN = 5  # offenders named in a message
 
 class Scene:
     """One time step of a triangle mesh: where it starts and where it is proposed to end.
+
+    Arrays may be on a GPU (`__cuda_array_interface__` or DLPack). What the processor checks is
+    copied to it; of positions a GPU then reads the array that came in, which is not to change
+    before the step is resolved.
 
     Args:
         positions_t0: (n, 3) [m], start of the step, free of intersections (Q0).
@@ -29,6 +34,8 @@ class Scene:
         masses: (n,) f8 [kg].
         pinned: (n,) b1.
         excluded: `Pairs` left out, or None.
+        on_gpu: those of the positions that came from a GPU: the array and None, or (n,) i8, which
+            of its rows each vertex has.
 
     Raises:
         ShapeError, NonFiniteError, IndexRangeError, DegenerateFaceError, MassError,
@@ -51,6 +58,11 @@ class Scene:
                 "initial_intersections: expected 'raise' or 'exclude', "
                 f"got {initial_intersections!r}"
             )
+        positions = {"positions_t0": positions_t0, "positions_t1": positions_t1}
+        self.on_gpu = {k: (v, None) for k, v in positions.items() if is_on_gpu(v)}
+        positions_t0, positions_t1, faces, masses, pinned = map(
+            on_processor, (positions_t0, positions_t1, faces, masses, pinned)
+        )
         self.positions_t0 = checks.floats("positions_t0", positions_t0, (None, 3))
         n = len(self.positions_t0)
         self.positions_t1 = checks.floats("positions_t1", positions_t1, (n, 3))

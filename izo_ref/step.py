@@ -148,6 +148,14 @@ class Step:
         """The same on the processor."""
         return self
 
+    def on_gpu(self, positions, order=None):
+        """(n, 3) f8 [m], positions on the device of a step that is there, else None.
+
+        Args:
+            positions: (n, 3) f8 [m], on the processor.
+            order: (n,) i8, vertex of each place, if they are the step's own, put back so.
+        """
+
 
 def _extended(values, n):
     result = np.zeros(n, values.dtype)

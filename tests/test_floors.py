@@ -18,6 +18,7 @@ FLOORS = [
     {
         "gpu",
         "broad",
+        "devices",
         "detect",
         "parts",
         "intersections",

@@ -224,7 +224,8 @@ def _parser():
     text = "what kernels need of a GPU; with one, whether it finds the same, and how fast: cuda/"
     sub = studies.add_parser("cuda", help=text, description=text)
     sub.set_defaults(run=_cuda)
-    sub.add_argument("--only", choices=("kernels", "detection"))
+    parts = ("kernels", "detection", "zones", "steps", "launches", "memory")
+    sub.add_argument("--only", choices=parts)
     sub.add_argument("--pages-only", action="store_true", help="measure nothing")
     sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
 

@@ -10,6 +10,7 @@ from izo_ref.cuda import arrays as kernels
 from izo_ref.cuda._jit import THREADS
 from izo_ref.cuda.arrays import ITEMS, TILE
 from izo_ref.errors import DeviceMemoryError
+from izo_ref.gpu.interop import viewed
 
 
 def empty(shape, dtype):
@@ -131,6 +132,17 @@ def take(values, index):
         kernels.take_rows[index.shape[0]](as_column(values), index, as_column(rows))
     else:
         kernels.take_rows[index.shape[0]](values, index, rows)
+    return rows
+
+
+def points(scene, name):
+    """(n, 3) f8 [m], positions of a scene; read where they are if they came from a device."""
+    array, order = scene.on_gpu.get(name, (None, None))
+    if array is None:
+        return on_device(getattr(scene, name))
+    n = len(scene.pinned)
+    rows = empty((n, 3), np.float64)
+    kernels.take_rows[n](viewed(array), counted(n) if order is None else on_device(order), rows)
     return rows
 
 

@@ -21,6 +21,7 @@ from izo_ref.gpu.arrays import (
     joined,
     on_device,
     order_of,
+    points,
     reduced,
     starts_of,
     take,
@@ -82,7 +83,7 @@ class Detector:
         self._has_faces = len(scene.faces) > 0
         if not self._has_faces:
             return
-        self._start = on_device(start)
+        self._start = points(scene, "positions_t0")
         origin, scale = box_frame(start)
         self._frame = on_device(origin), scale
         grid_origin, cells_per_m = morton_grid(start)
@@ -210,7 +211,7 @@ class HostDetector:
 
 def impacts_of_scene(scene) -> Impacts:
     """What `izo_ref.find_impacts` finds, on the processor."""
-    return HostDetector(Detector(scene)).find(scene.positions_t1)
+    return impacts_on_host(Detector(scene).find(points(scene, "positions_t1")))
 
 
 def _sizes(levels_of_trees):

@@ -27,6 +27,15 @@ def require_device():
         )
 
 
+def has_device() -> bool:
+    """Whether there is one."""
+    try:
+        require_device()
+    except DeviceUnavailable:
+        return False
+    return True
+
+
 def blocks_at_once() -> int:
     """Blocks that surely run at the same time: one a multiprocessor."""
     from numba import cuda

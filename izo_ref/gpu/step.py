@@ -18,6 +18,7 @@ from izo_ref.gpu.arrays import (
     joined,
     on_device,
     on_host,
+    points,
     reduced,
     starts_of,
     take,
@@ -60,7 +61,7 @@ class Step:
         self._masses, self._pinned = on_device(free_masses), on_device(scene.pinned)
         inverse = np.where(scene.pinned, 0.0, 1.0 / np.sqrt(scene.masses))
         self._inverse_sqrt_masses = on_device(inverse)
-        self._targets = on_device(scene.positions_t1)
+        self._targets = points(scene, "positions_t1")
         self.longest = (self._targets, -1.0)
         self._seen = None
         self.begin(impacts_on_device(no_impacts()), empty(0, np.float64))
@@ -242,6 +243,13 @@ class Step:
             (solution.active, self.active),
         ):
             _put(grouped.impacts, as_column(own), as_column(values))
+
+    def on_gpu(self, positions, order=None):
+        if order is None:
+            return on_device(positions)
+        moved_back = empty((self._n, 3), np.float64)
+        kernels.put_rows[self._n](on_device(order), self.positions, moved_back)
+        return moved_back
 
     def on_host(self):
         seen = None if self._seen is None else on_host(self._seen)

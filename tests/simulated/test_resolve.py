@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref import Options, Status
+from izo_ref import Options, Status, devices
 from izo_ref.gpu import lagrangian, solve
 from tests.shapes import grid, two_sheets, vertex_over_face
 
@@ -93,6 +93,19 @@ def test_prescribed_parts_that_meet(rng):
     found = izo_ref.resolve(scene, 1e-3, "cuda")
     assert_same(found, expected)
     assert found.time_free == expected.time_free
+
+
+@pytest.mark.parametrize("enough", [True, False])
+def test_auto_takes_a_gpu_where_it_pays(rng, monkeypatch, enough):
+    scene = two_sheets(rng, 2)
+    monkeypatch.setattr(devices, "GPU_FACES", len(scene.faces) + (not enough))
+    line = {line.part: line for line in izo_ref.plan(scene).lines}["a GPU"]
+    assert line.needed == ("all" if enough else "none")
+    found = izo_ref.resolve(scene, 1e-3, "auto")
+    assert (found.positions_on_gpu is not None) == enough
+    assert_same(found, izo_ref.resolve(scene, 1e-3))
+    assert izo_ref.certify_path(scene, found.positions, device="auto").free
+    assert len(izo_ref.find_impacts(scene, "auto").toi) > 0
 
 
 def test_a_spent_budget(rng):

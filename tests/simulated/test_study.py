@@ -6,6 +6,7 @@ import pytest
 
 from izo_ref.gpu import lagrangian
 from tests.shapes import random_problem, vertex_over_face
+from validation.__main__ import _parser
 from validation.report.cuda import cuda_report
 from validation.rows import read
 from validation.study import cuda
@@ -35,7 +36,7 @@ def test_detection_is_compared_with_the_processor(tmp_path, one_step):
     cuda_report(tmp_path, "the command")
     text = (tmp_path / "README.md").read_text()
     assert "| falls |" in text
-    assert text.count("Not measured yet.") == 4
+    assert text.count("Not measured yet.") == 5
 
 
 def test_whole_steps_and_zones(tmp_path, one_step):
@@ -52,6 +53,21 @@ def test_whole_steps_and_zones(tmp_path, one_step):
     text = (tmp_path / "README.md").read_text()
     assert "| falls |" in text
     assert "| 3 | simulator |" in text
+
+
+def test_launches_are_counted(tmp_path, monkeypatch):
+    monkeypatch.setattr(cuda, "COUNTED", (8,))
+    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # it is
+    run_parts(cuda.PARTS, tmp_path / "rows", "launches", print)
+    (row,) = read(tmp_path / "rows", "launches")
+    assert row["gpu"] == "simulator"
+    assert row["launches"] > 50 * row["iterations"] > 0
+    assert row["arrays"] > row["launches"]
+
+
+def test_each_part_can_be_asked_for():
+    for part in cuda.PARTS:
+        assert _parser().parse_args(["study", "cuda", "--only", part]).only == part
 
 
 @pytest.mark.parametrize("verdict", [0, 9, None])

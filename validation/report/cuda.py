@@ -56,6 +56,13 @@ STEPS = {
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
 }
+LAUNCHES = {
+    "triangles": "triangles",
+    "GPU": "gpu",
+    "iterations": "iterations",
+    "launches": "launches",
+    "arrays": "arrays",
+}
 MEMORY = {"tool": "tool", "GPU": "gpu", "passed": "passed", "it says": "said"}
 NOT_YET = "Not measured yet."
 # M. Tang et al. (2018), table of benchmarks: GTX 1080, float32
@@ -72,7 +79,7 @@ def cuda_report(folder, command):
         folder: `Path`, of the page; rows are in `rows/` there.
         command: that made it.
     """
-    names = ("kernels", "detection", "zones", "steps", "memory")
+    names = ("kernels", "detection", "zones", "steps", "launches", "memory")
     rows = {name: read(folder / "rows", name) for name in names}
     used = {row["run"] for part in rows.values() for row in part}
     made = [run for run in runs(folder / "rows") if run["run"] in used]
@@ -93,6 +100,8 @@ def cuda_report(folder, command):
         "## Zones: one alone, by the semismooth Newton method; up to 4096 impacts by one block\n\n"
         + measured(ZONES, "zones", "kernel_ms"),
         f"## Whole steps\n\n{ICLOTH}\n\n" + measured(STEPS, "steps"),
+        "## Launches of whole steps, and arrays made\n\nOf meeting sheets; with more of them trees "
+        "have more levels, and sorts more passes.\n\n" + measured(LAUNCHES, "launches"),
         "## Memory: `compute-sanitizer` on a small step\n\n" + measured(MEMORY, "memory"),
         "## Kernels\n\n" + measured(KERNELS, "kernels"),
         *(f"`{kernel}` has a stack frame: {reason}." for kernel, reason in FRAMES.items()),

@@ -6,6 +6,8 @@ Needs numba, numba-cuda, numpy and scipy; ptxas, or a GPU, for what they are the
 import shutil
 import subprocess
 import sys
+from contextlib import contextmanager
+from unittest.mock import patch
 
 import numpy as np
 
@@ -28,8 +30,10 @@ CPU_BUDGET_S, GPU_BUDGET_S = 5.0, 5.0  # for the repeats of a step
 SHEETS = (100_000, 1_000_000)  # triangles of steps made here
 ZONES = (64, 256, 1024, 4096)  # impacts
 STACK = (6, 30)  # layers, and vertices of a side: more impacts than a block takes
+COUNTED = (60, 200)  # triangles of steps whose launches are counted
 COPIED = 1 << 28  # bytes, to measure the bandwidth
 SEED = 20261128
+SIMULATOR = "simulator"
 SANITIZER_S = 120.0
 # a step with every kernel of the loop, zones by threads and by blocks
 SMALL = """
@@ -121,6 +125,49 @@ def _steps(folder, say):
         say(f"steps: {name}: {rows.all()[-1]['gpu_ms']:.2f} ms")
 
 
+def _launches(folder, say):
+    """What steps ask of a device; the simulator may count it as well."""
+    rows, gpu = Rows(folder, "launches", ("triangles",)), _gpu("launches", say)
+    if gpu is None:
+        return
+    if gpu == SIMULATOR:
+        from validation.simulator import prepare
+
+        prepare()
+    for n in COUNTED:
+        scene = meeting_sheets(_seeded(n), n)
+        if rows.has(triangles=len(scene.faces)):
+            continue
+        with _counted() as counts:
+            iterations = len(resolve(scene, device="cuda").history)
+        rows.add(triangles=len(scene.faces), gpu=gpu, iterations=iterations, **counts)
+        say(f"launches: {len(scene.faces)} triangles: {rows.all()[-1]['launches']}")
+
+
+@contextmanager
+def _counted():
+    """Launches and arrays of the device that were made, a dict that is right at the end."""
+    from numba import cuda
+
+    from izo_ref.cuda._jit import Kernel
+
+    counts, in_blocks, make = {"launches": 0, "arrays": 0}, Kernel.in_blocks, cuda.device_array
+
+    def counting_blocks(kernel, n_blocks, *sizes):
+        counts["launches"] += n_blocks > 0
+        return in_blocks(kernel, n_blocks, *sizes)
+
+    def counting_arrays(*arguments, **named):
+        counts["arrays"] += 1
+        return make(*arguments, **named)
+
+    with (
+        patch.object(Kernel, "in_blocks", counting_blocks),
+        patch.object(cuda, "device_array", counting_arrays),
+    ):
+        yield counts
+
+
 def _zones(folder, say):
     """One zone alone, by the device and by the processor."""
     rows, gpu = Rows(folder, "zones", ("impacts",)), _gpu("zones", say)
@@ -198,7 +245,7 @@ def _gpu(part, say):
         return None
     from numba import cuda
 
-    name = getattr(cuda.get_current_device(), "name", "simulator")
+    name = getattr(cuda.get_current_device(), "name", SIMULATOR)
     return name.decode() if isinstance(name, bytes) else name
 
 
@@ -274,5 +321,6 @@ PARTS = {
     "detection": _detection,
     "zones": _zones,
     "steps": _steps,
+    "launches": _launches,
     "memory": _memory,
 }

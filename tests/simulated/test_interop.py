@@ -1,0 +1,103 @@
+"""Arrays that are on a device already."""
+
+import numpy as np
+import pytest
+from numba import cuda
+
+import izo_ref
+from izo_ref.devices import is_on_gpu
+from izo_ref.errors import NonFiniteError, ShapeError
+from izo_ref.gpu import arrays
+from izo_ref.gpu.interop import Described, viewed
+from tests.shapes import two_sheets
+
+
+def arguments(scene, send=cuda.to_device):
+    columns = scene.positions_t0, scene.positions_t1, scene.faces, scene.masses, scene.pinned
+    return [send(column) for column in columns]
+
+
+def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
+    scene = two_sheets(rng, 3, pinned_below=True)
+    own = izo_ref.Scene(*arguments(scene))
+    for name in ("positions_t0", "positions_t1", "faces", "masses", "pinned"):
+        assert np.array_equal(getattr(own, name), getattr(scene, name))
+        assert isinstance(getattr(own, name), np.ndarray)
+    found = izo_ref.resolve(own, 1e-3, "cuda")
+    expected = izo_ref.resolve(scene, 1e-3)
+    assert np.array_equal(found.positions, expected.positions)
+    assert np.array_equal(found.positions_on_gpu.copy_to_host(), expected.positions)
+    assert expected.positions_on_gpu is None
+    certificate = izo_ref.certify_path(own, found.positions_on_gpu, device="cuda")
+    assert certificate.free
+
+
+def test_positions_are_read_where_they_are(rng, monkeypatch):
+    scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
+    sent, send = [], arrays.on_device
+    for module in ("arrays", "step", "detect"):
+        monkeypatch.setattr(
+            f"izo_ref.gpu.{module}.on_device", lambda a: sent.append(a.shape) or send(a)
+        )
+    izo_ref.resolve(scene, 1e-3, "cuda")
+    assert sent
+    # the certificate alone, which is not looked at here, takes what is returned on the processor
+    assert (len(scene.masses), 3) not in sent
+
+
+def test_single_precision_comes_in_as_it_is(rng):
+    scene = two_sheets(rng, 3)
+    positions = [array.astype(np.float32) for array in (scene.positions_t0, scene.positions_t1)]
+    own = izo_ref.Scene(*map(cuda.to_device, positions), scene.faces)
+    expected = izo_ref.resolve(izo_ref.Scene(*positions, scene.faces), 1e-3)
+    assert np.array_equal(izo_ref.resolve(own, 1e-3, "cuda").positions, expected.positions)
+
+
+def test_what_was_scaled_back_goes_out_too(rng):
+    scene, options = two_sheets(rng, 2), izo_ref.Options(max_iterations=1)
+    found = izo_ref.resolve(scene, 1e-3, "cuda", options)
+    assert found.scaled_back
+    assert np.array_equal(found.positions_on_gpu.copy_to_host(), found.positions)
+
+
+def test_bad_arrays_of_a_device_are_named(rng):
+    scene = two_sheets(rng, 2)
+    start, _, *others = arguments(scene)
+    bad = scene.positions_t1.copy()
+    bad[2, 1] = np.nan
+    with pytest.raises(NonFiniteError, match=r"positions_t1: .*nan at \[2, 1\]"):
+        izo_ref.Scene(start, cuda.to_device(bad), *others)
+    with pytest.raises(ShapeError, match="positions_t1"):
+        izo_ref.Scene(start, cuda.to_device(bad[:3]), *others)
+
+
+class OfDlpack:
+    """What PyTorch and others hand out, here of the processor's memory."""
+
+    def __init__(self, array, device):
+        self._array, self._device = array, device
+
+    def __dlpack__(self, **kwargs):
+        return self._array.__dlpack__()
+
+    def __dlpack_device__(self):
+        return self._device
+
+
+def test_what_has_dlpack_alone_is_described():
+    values = np.arange(12.0, dtype=np.float32).reshape(4, 3)[::2]
+    found = Described(OfDlpack(values, (1, 0)), -1).__cuda_array_interface__
+    same = np.array(values, copy=False).__array_interface__
+    for name in ("shape", "typestr", "strides", "data"):
+        assert found[name] == same[name]
+
+
+def test_arrays_of_a_gpu_are_known():
+    values = np.zeros(3)
+    assert not is_on_gpu(values)
+    assert not is_on_gpu([1.0])
+    assert not is_on_gpu(OfDlpack(values, (1, 0)))
+    assert is_on_gpu(OfDlpack(values, (2, 0)))
+    own = cuda.to_device(values)
+    assert is_on_gpu(own)
+    assert viewed(own) is own
