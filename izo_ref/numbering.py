@@ -14,6 +14,9 @@ from izo_ref.scene import edges_of
 from izo_ref.types import Impacts, Pairs
 
 
+LARGEST_CORNER = (1 << 21) - 1  # of which three go into one number
+
+
 def geometric_order(scene):
     """(n,) i8, vertex of each place: by Morton code, then by coordinates."""
     vertices = np.arange(len(scene.pinned), dtype=np.int32)[:, None]
@@ -45,7 +48,13 @@ def _canonical_faces(faces):
     first = np.argmin(faces, axis=1)
     rows = np.arange(len(faces))[:, None]
     faces = faces[rows, (first[:, None] + np.arange(3)) % 3]
-    return np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])
+    if faces.max(initial=0) > LARGEST_CORNER:
+        return np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])
+    # all three in one number: rows take six times as long to sort
+    a, b, c = faces.T.astype(np.int64)
+    keys = np.sort(a << 42 | b << 21 | c)
+    corners = keys >> 42, keys >> 21 & LARGEST_CORNER, keys & LARGEST_CORNER
+    return np.column_stack(corners).astype(np.int32)
 
 
 def impacts_back(impacts: Impacts, order, faces):
