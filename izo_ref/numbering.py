@@ -13,7 +13,6 @@ from izo_ref.broad import morton_codes_of
 from izo_ref.scene import edges_of
 from izo_ref.types import Impacts, Pairs
 
-
 LARGEST_CORNER = (1 << 21) - 1  # of which three go into one number
 
 

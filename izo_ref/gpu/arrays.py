@@ -10,7 +10,7 @@ from izo_ref.cuda import arrays as kernels
 from izo_ref.cuda._jit import THREADS
 from izo_ref.cuda.arrays import ITEMS, TILE
 from izo_ref.errors import DeviceMemoryError
-from izo_ref.gpu.interop import viewed
+from izo_ref.gpu.interop import has_cupy, order_by_cupy, viewed
 
 
 def empty(shape, dtype):
@@ -112,10 +112,13 @@ def indices_of(flags):
 def order_of(keys):
     """(n,) i8, the stable order that sorts keys, (n,) i8, ascending.
 
-    Tiles are sorted by a block each; then runs are merged, of one tile, of two, of four: passes in
-    which each key looks for its place among those of the run beside it.
+    By CuPy where it is installed. Else tiles are sorted by a block each; then runs are merged, of
+    one tile, of two, of four: passes in which each key looks for its place among those of the run
+    beside it.
     """
     n, width = keys.shape[0], TILE
+    if n > TILE and has_cupy():
+        return order_by_cupy(keys)
     own_keys, places = empty(n, np.int64), empty(n, np.int64)
     _in_tiles(kernels.sort_tiles, n)(keys, own_keys, places)
     while width < n:

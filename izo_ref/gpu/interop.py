@@ -1,7 +1,14 @@
-"""Arrays of others on the device: of CuPy, PyTorch, JAX, Warp, numba, and whatever has DLPack."""
+"""Arrays of others on the device: of CuPy, PyTorch, JAX, Warp, numba, and whatever has DLPack.
+
+And what CuPy does better on ours.
+"""
+
+import sys
+from importlib.util import find_spec
 
 from cuda.core.utils import StridedMemoryView
 from numba import cuda
+from numba.cuda.core import config
 
 LEGACY_STREAM = 1  # as DLPack numbers it: the default stream, on which all is launched here
 
@@ -30,3 +37,15 @@ class Described:
             "strides": strides,
             "version": 3,
         }
+
+
+def has_cupy() -> bool:
+    """Whether CuPy is installed, and there is a device for it: the simulator has none."""
+    return not config.ENABLE_CUDASIM and ("cupy" in sys.modules or find_spec("cupy") is not None)
+
+
+def order_by_cupy(keys):
+    """(n,) i8, the stable order that sorts keys, (n,) i8; of the same stream, the default one."""
+    import cupy
+
+    return viewed(cupy.argsort(cupy.asarray(keys)))

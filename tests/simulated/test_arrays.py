@@ -1,5 +1,8 @@
 """Sums, choices and orders on the device, against numpy."""
 
+import sys
+import types
+
 import numpy as np
 import pytest
 
@@ -7,7 +10,7 @@ from izo_ref.cuda import _jit
 from izo_ref.cuda import arrays as kernels
 from izo_ref.cuda.arrays import LARGEST, LEAST, SUM
 from izo_ref.errors import DeviceMemoryError
-from izo_ref.gpu import arrays
+from izo_ref.gpu import arrays, interop
 
 THREADS, ITEMS = 4, 2
 TILE = THREADS * ITEMS
@@ -43,6 +46,25 @@ def test_orders_are_stable(rng, n):
     keys = rng.integers(-3, 4, n) << 40
     order = arrays.on_host(arrays.order_of(arrays.on_device(keys)))
     assert np.array_equal(order, np.argsort(keys, kind="stable"))
+
+
+def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
+    asked = []
+
+    def argsort(keys):
+        asked.append(len(keys))
+        return arrays.on_device(np.argsort(arrays.on_host(keys), kind="stable"))
+
+    cupy = types.SimpleNamespace(asarray=lambda keys: keys, argsort=argsort)
+    monkeypatch.setitem(sys.modules, "cupy", cupy)
+    keys = rng.integers(-3, 4, 5 * TILE)
+    for there in (False, True):
+        # the simulator never says that it is there
+        assert not interop.has_cupy()
+        monkeypatch.setattr(arrays, "has_cupy", lambda there=there: there)
+        order = arrays.on_host(arrays.order_of(arrays.on_device(keys)))
+        assert np.array_equal(order, np.argsort(keys, kind="stable"))
+        assert asked == ([5 * TILE] if there else [])
 
 
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 2])
