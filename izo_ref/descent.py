@@ -12,7 +12,8 @@ from izo_ref.serial.descent import LBFGS, NEWTON, Settings
 from izo_ref.serial.directions.lbfgs import PAIRS
 from izo_ref.zones import ZoneSystem
 
-NEWTON_VECTORS = 3  # of its memory, as long as x
+# Memory of the directions that have some: vectors as long as x, and numbers.
+MEMORY = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (3, 0)}
 
 
 class Scaled(NamedTuple):
@@ -102,9 +103,7 @@ def _layout(system, rows, direction):
     nodes = 3 * np.where(rows.unknowns < 0, pinned, rows.unknowns - first)
     row_offsets = 3 * (system.vertex_offsets + zones)
     place = 3 * (np.arange(system.vertex_offsets[-1]) + np.repeat(zones[:-1], per_vertex))
-    vectors, numbers = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (NEWTON_VECTORS, 0)}.get(
-        direction, (0, 0)
-    )
+    vectors, numbers = MEMORY.get(direction, (0, 0))
     memory_offsets = vectors * row_offsets + numbers * zones
     place = place[:, None] + np.arange(3)
     entries = _entries(system, rows, row_offsets, nodes)

@@ -328,10 +328,52 @@ def starts_of_vertices(
 
 
 @cuda_kernel
+def sizes_on_vertices(
+    # In:
+    entries,  # (n_entries,) i8, 4 j + k, by vertex
+    entry_starts,  # (n_vertices + 1,) u8
+    coefficients,  # (n_impacts, 4) f8
+    # Out:
+    sizes_out,  # (n_vertices,) f8, sum of |coefficient| over the entries of each
+):
+    vertex = cuda.grid(1)
+    if vertex < sizes_out.shape[0]:
+        size = 0.0
+        for e in range(entry_starts[vertex], entry_starts[vertex + 1]):
+            size += abs(coefficients[entries[e] // 4, entries[e] % 4])
+        sizes_out[vertex] = size
+
+
+@cuda_kernel
+def couplings(
+    # In:
+    zones,  # (n,) i8
+    impact_offsets,  # (n_zones + 1,) i8
+    vertex_offsets,  # (n_zones + 1,) i8
+    nodes,  # (n_impacts, 4) u4, 3 times the zone's own vertex
+    coefficients,  # (n_impacts, 4) f8, 0 for pinned
+    sizes,  # (n_vertices,) f8, with one more in each zone that pinned ones share
+    # Out:
+    couplings_out,  # (n_zones,) f8, of these zones: a bound of the largest eigenvalue of C C^T
+):
+    if cuda.blockIdx.x < zones.shape[0]:
+        zone, team = zones[cuda.blockIdx.x], block()
+        # the diagonal; less only where rows have no unknowns
+        largest, first = 1.0, vertex_offsets[zone] + zone
+        for j in range(impact_offsets[zone] + team.rank(), impact_offsets[zone + 1], team.size()):
+            row_sum = 0.0
+            for k in range(4):
+                row_sum += abs(coefficients[j, k]) * sizes[first + nodes[j, k] // 3]
+            largest = max(largest, row_sum)
+        couplings_out[zone], _ = team_maxima(team, largest, 1.0)
+
+
+@cuda_kernel
 def offsets_of_zones(
     # In:
     vertex_offsets,  # (n_zones + 1,) i8
     vectors,  # i8, of memory, as long as x
+    numbers,  # i8, of memory beside these
     # Out:
     row_offsets_out,  # (n_zones + 1,) i8, of unknowns
     memory_offsets_out,  # (n_zones + 1,) i8
@@ -339,7 +381,7 @@ def offsets_of_zones(
     zone = cuda.grid(1)
     if zone < vertex_offsets.shape[0]:
         row_offsets_out[zone] = 3 * (vertex_offsets[zone] + zone)
-        memory_offsets_out[zone] = vectors * row_offsets_out[zone]
+        memory_offsets_out[zone] = vectors * row_offsets_out[zone] + numbers * zone
 
 
 @cuda_kernel

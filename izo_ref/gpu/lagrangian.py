@@ -1,12 +1,10 @@
 """The augmented-Lagrangian methods on the device, one zone a block."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from izo_ref.cuda import lagrangian as kernels
 from izo_ref.cuda.team import PARTS, WARP, shared_bytes
-from izo_ref.descent import NEWTON_VECTORS, Inputs, Results, work_space
+from izo_ref.descent import MEMORY, Inputs, Results, work_space
 from izo_ref.gpu.arrays import (
     copied,
     empty,
@@ -78,20 +76,19 @@ def zones_of_size(zones, impact_offsets, more_than, at_most):
 
 
 def solve_rows(rows, zone_of, chosen, thickness, options, solution):
-    """Solve some of the zones by the semismooth Newton method; those that it gets right are solved.
+    """Solve some of the zones, and judge which are solved.
 
     Args:
         rows: `Rows`, of the device.
         zone_of: zones of impacts and of vertices, (n_impacts,) and (n_vertices,) i8.
         chosen: (n_zones,) b1, those to solve.
         thickness: [m].
-        options: `Options`.
+        options: `Options`, with one of the methods here.
         solution: `Solution`, written.
     """
     n_zones, zones = chosen.shape[0], indices_of(chosen)
-    newton = replace(options, **NEWTON)
-    settings = chosen_settings(newton, thickness)
-    inputs, largest = _inputs(rows, zone_of[0], zones, chosen, settings, newton)
+    settings = chosen_settings(options, thickness)
+    inputs, largest = _inputs(rows, zone_of[0], zones, chosen, settings, options)
     results = Results(
         zeros((inputs.curvatures.shape[0],), np.float64),
         zeros((rows.rhs.shape[0],), np.float64),
@@ -110,12 +107,10 @@ def solve_rows(rows, zone_of, chosen, thickness, options, solution):
 
 def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
     """`Inputs` in the variables of SPEC 5, each zone in units of its largest rhs; and these."""
-    n, m = chosen.shape[0], rows.rhs.shape[0]
+    n, m, in_blocks = chosen.shape[0], rows.rhs.shape[0], (zones.shape[0], MANY, shared_bytes(MANY))
     n_padded = total_of(rows.vertex_offsets) + n
     largest = filled(n, 1.0, np.float64)
-    kernels.largest_sides.in_blocks(zones.shape[0], MANY, shared_bytes(MANY))(
-        zones, rows.impact_offsets, rows.rhs, largest
-    )
+    kernels.largest_sides.in_blocks(*in_blocks)(zones, rows.impact_offsets, rows.rhs, largest)
     nodes, coefficients = empty((m, 4), np.uint32), copied(rows.coefficients)
     starts, metres, is_entry = (
         empty(m, np.float64),
@@ -149,10 +144,17 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
     entry_starts = empty(n_padded + 1, np.uint64)
     kernels.starts_of_vertices[n_padded + 1](vertices, entry_starts)
     row_offsets, memory_offsets = empty(n + 1, np.int64), empty(n + 1, np.int64)
-    kernels.offsets_of_zones[n + 1](
-        rows.vertex_offsets, NEWTON_VECTORS, row_offsets, memory_offsets
-    )
-    mu, cap = METHODS["newton"].penalties(options, np.ones(1))
+    memory = MEMORY.get(settings.direction, (0, 0))
+    kernels.offsets_of_zones[n + 1](rows.vertex_offsets, *memory, row_offsets, memory_offsets)
+    coupling = np.ones(n)
+    if settings.every_step:
+        sizes, bounds = empty(n_padded, np.float64), filled(n, 1.0, np.float64)
+        kernels.sizes_on_vertices[n_padded](entries, entry_starts, coefficients, sizes)
+        kernels.couplings.in_blocks(*in_blocks)(
+            zones, rows.impact_offsets, rows.vertex_offsets, nodes, coefficients, sizes, bounds
+        )
+        coupling = on_host(bounds)
+    mus, caps = METHODS[options.method].penalties(options, coupling)
     inputs = Inputs(
         zones,
         rows.impact_offsets,
@@ -167,8 +169,8 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
         starts,
         metres,
         filled(3 * n_padded, 1.0, np.float64),
-        filled(n, mu[0], np.float64),
-        filled(n, cap[0], np.float64),
+        on_device(mus),
+        on_device(caps),
         filled(n, 1.0, np.float64),
         largest,  # units, of a trace that is not asked for
         settings,

@@ -1,5 +1,6 @@
 """Zones solved on the device: small ones one a thread, others by the threads of blocks."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -7,9 +8,9 @@ import numpy as np
 from izo_ref.cuda import step as choices
 from izo_ref.cuda import zones as kernels
 from izo_ref.gpu.arrays import counted, empty, filled, indices_of, starts_of, take, total_of
-from izo_ref.gpu.lagrangian import MOST, solve_rows, zones_of_size
+from izo_ref.gpu.lagrangian import MOST, NEWTON, solve_rows, zones_of_size
 from izo_ref.interior_point import FARTHEST
-from izo_ref.options import Options
+from izo_ref.options import LAGRANGIAN, Options
 from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
 
 # Impacts of a zone that one thread solves: with more, it would be alone for long with what has
@@ -52,11 +53,19 @@ def solve_zones(rows: Rows, zone_of, thickness: float, options: Options) -> Solu
         filled(3 * total_of(rows.vertex_offsets), 0.0, np.float64),
         filled(n_zones, False, np.bool_),
     )
-    if options.method == "auto" and options.preset is None:
+    if options.preset is not None or options.precision != "float64":
+        return solution  # the processor makes their variables
+    if options.method == "auto":
         _solve_small(rows, thickness, options, n_zones, solution)
         others = zones_of_size(counted(n_zones), rows.impact_offsets, SMALL, MOST)
         if indices_of(others).shape[0]:
-            solve_rows(rows, zone_of, others, thickness, options, solution)
+            newton = replace(options, **NEWTON)
+            solve_rows(rows, zone_of, others, thickness, newton, solution)
+    elif options.method in LAGRANGIAN:
+        everything = filled(n_zones, True, np.bool_)
+        solve_rows(rows, zone_of, everything, thickness, options, solution)
+        # what another method than the default comes to is taken, as on the processor
+        solution = solution._replace(solved=everything)
     return solution
 
 

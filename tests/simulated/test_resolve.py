@@ -6,6 +6,7 @@ import pytest
 import izo_ref
 from izo_ref import Options, Status, devices
 from izo_ref.gpu import lagrangian, solve
+from izo_ref.options import LAGRANGIAN
 from tests.shapes import grid, two_sheets, vertex_over_face
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
@@ -145,10 +146,40 @@ def test_zones_of_a_block_and_of_all_blocks(rng, monkeypatch, name, large):
     assert 0.0 < apart <= 2.0 * np.sqrt(2e-9) * size
 
 
-@pytest.mark.parametrize("options", [{"method": "jacobi"}, {"preset": "xrtailor"}])
-def test_other_methods(rng, monkeypatch, options):
-    monkeypatch.setattr(lagrangian, "FEW", 1)
-    monkeypatch.setattr(lagrangian, "MANY", 1)
-    scene, options = vertex_over_face(), Options(**options)
+@pytest.mark.parametrize("method", LAGRANGIAN)
+@pytest.mark.parametrize("update", ["every-step", "inner-solve"])
+def test_each_method_step_by_step(rng, monkeypatch, method, update):
+    monkeypatch.setattr(lagrangian, "MANY", 3)
+    scene = two_sheets(rng, 2, pinned_below=True)
+    scene.masses[:] = rng.uniform(1.0, 9.0, len(scene.masses))
+    # so few that roundings do not grow, nor decide when a zone is done
+    options = Options(method=method, multiplier_update=update, max_steps=6, relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
-    assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
+    found = izo_ref.resolve(scene, 1e-3, "cuda", options)
+    assert found.left_to_processor == 0
+    assert found.status is expected.status
+    assert len(found.history) == len(expected.history) > 1
+    size = np.abs(expected.positions - scene.positions_t1).max()
+    np.testing.assert_allclose(found.positions, expected.positions, atol=1e-11 * size)
+    largest = expected.multipliers.max()
+    np.testing.assert_allclose(found.multipliers, expected.multipliers, atol=1e-11 * largest)
+
+
+@pytest.mark.parametrize("method", LAGRANGIAN)
+def test_each_method_to_its_end(rng, monkeypatch, method):
+    monkeypatch.setattr(lagrangian, "MANY", 1)
+    options = Options(method=method, gap_tolerance=1e-5, violation_tolerance=1e-5, relinearize=0)
+    found = izo_ref.resolve(two_sheets(rng, 2), 1e-3, "cuda", options)
+    assert found.left_to_processor == 0
+    assert found.status is Status.FREE
+
+
+@pytest.mark.parametrize(
+    "options", [{"method": "cg", "precision": "float32"}, {"preset": "xrtailor"}]
+)
+def test_variables_that_the_processor_makes(monkeypatch, options):
+    monkeypatch.setattr(lagrangian, "FEW", 1)
+    scene, options = vertex_over_face(), Options(**options)
+    found = izo_ref.resolve(scene, 1e-3, "cuda", options)
+    assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
+    assert found.left_to_processor > 0
