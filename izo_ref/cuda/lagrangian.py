@@ -10,7 +10,7 @@ from izo_ref.cuda.team import block, grid
 from izo_ref.serial.descent import minimise
 from izo_ref.serial.lagrangian import Zone
 from izo_ref.serial.search import first_not_below
-from izo_ref.serial.team import team_maxima
+from izo_ref.serial.team import team_maxima, team_sum
 
 
 @device_function
@@ -233,21 +233,44 @@ def zones_of_size(
         flags_out[i] = more_than < size <= at_most
 
 
+# Variables of the solver: those of SPEC 5 in units of the zone, or metres with the objective of a
+# system that divides by the total mass, or takes the mean of 1 / m.
+SCALED, BY_TOTAL_MASS, BY_MEAN_INVERSE = range(3)
+
+
 @cuda_kernel
-def largest_sides(
+def zone_variables(
     # In:
     zones,  # (n,) i8
     impact_offsets,  # (n_zones + 1,) i8
+    vertex_offsets,  # (n_zones + 1,) i8
+    vertices,  # (n_free,) i8, of the zones
+    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2]
     rhs,  # (n_impacts,) f8  [m kg^1/2]
+    variables,  # i8, SCALED, BY_TOTAL_MASS or BY_MEAN_INVERSE
+    step,  # f8, the first, and
+    step_per_vertex,  # f8, so much more for each
     # Out:
-    largest_out,  # (n_zones,) f8  [m kg^1/2], |rhs| of each of these zones; 1 if there is none
+    scales_out,  # (n_zones,) f8, of these zones: of z [m kg^1/2], or of w [1/kg] in metres
+    first_steps_out,  # (n_zones,) f8, of these zones
 ):
     if cuda.blockIdx.x < zones.shape[0]:
-        zone, team, largest = zones[cuda.blockIdx.x], block(), 0.0
-        for j in range(impact_offsets[zone] + team.rank(), impact_offsets[zone + 1], team.size()):
-            largest = max(largest, abs(rhs[j]))
-        largest, _ = team_maxima(team, largest, 0.0)
-        largest_out[zone] = largest if largest > 0.0 else 1.0
+        zone, team, largest, total = zones[cuda.blockIdx.x], block(), 0.0, 0.0
+        first, n = vertex_offsets[zone], vertex_offsets[zone + 1] - vertex_offsets[zone]
+        if variables == SCALED:
+            for j in range(
+                impact_offsets[zone] + team.rank(), impact_offsets[zone + 1], team.size()
+            ):
+                largest = max(largest, abs(rhs[j]))
+            largest, _ = team_maxima(team, largest, 0.0)
+            scale = largest if largest > 0.0 else 1.0
+        else:
+            for i in range(first + team.rank(), first + n, team.size()):
+                inverse = inverse_sqrt_masses[vertices[i]] ** 2
+                total += inverse if variables == BY_MEAN_INVERSE else 1.0 / inverse
+            total = team_sum(team, total)
+            scale = total / n if variables == BY_MEAN_INVERSE else 2.0 / total
+        scales_out[zone], first_steps_out[zone] = scale, step + step_per_vertex * n
 
 
 @cuda_kernel
@@ -255,29 +278,53 @@ def scale_rows(
     # In:
     zone_of,  # (n_impacts,) i8
     vertex_offsets,  # (n_zones + 1,) i8
-    largest,  # (n_zones,) f8  [m kg^1/2], of |rhs|
+    vertices,  # (n_free,) i8, of the zones
+    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2]
+    scales,  # (n_zones,) f8
+    variables,  # i8
     chosen,  # (n_zones,) b1
     unknowns,  # (n_impacts, 4) i4, -1 for pinned
     rhs,  # (n_impacts,) f8  [m kg^1/2]
     lengths,  # (n_impacts,) f8  [kg^-1/2]
     # Out:
     nodes_out,  # (n_impacts, 4) u4, 3 times the zone's own vertex
-    coefficients_out,  # (n_impacts, 4) f8, becomes 0 for pinned
+    coefficients_out,  # (n_impacts, 4) f8, of unit rows; become those of x, 0 for pinned
     starts_out,  # (n_impacts,) f8
     metres_out,  # (n_impacts,) f8  [m]
     is_entry_out,  # (4 n_impacts,) b1, of a zone that is chosen, and not pinned
 ):
     j = cuda.grid(1)
     if j < rhs.shape[0]:
-        zone = zone_of[j]
+        zone, is_scaled = zone_of[j], variables == SCALED
         first, pinned = vertex_offsets[zone], vertex_offsets[zone + 1] - vertex_offsets[zone]
-        starts_out[j], metres_out[j] = rhs[j] / largest[zone], largest[zone] * lengths[j]
+        starts_out[j] = rhs[j] / scales[zone] if is_scaled else rhs[j] * lengths[j]
+        metres_out[j] = scales[zone] * lengths[j] if is_scaled else 1.0
         for k in range(4):
-            is_free = unknowns[j, k] >= 0
-            nodes_out[j, k] = 3 * (unknowns[j, k] - first if is_free else pinned)
+            i = unknowns[j, k]
+            is_free = i >= 0
+            nodes_out[j, k] = 3 * (i - first if is_free else pinned)
             is_entry_out[4 * j + k] = is_free and chosen[zone]
             if not is_free:
                 coefficients_out[j, k] = 0.0
+            elif not is_scaled:
+                coefficients_out[j, k] *= lengths[j] / inverse_sqrt_masses[vertices[i]]
+
+
+@cuda_kernel
+def curvatures_in_metres(
+    # In:
+    zone_of,  # (n_free,) i8
+    vertices,  # (n_free,) i8, of the zones
+    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2]
+    scales,  # (n_zones,) f8  [1/kg]
+    # Out:
+    curvatures_out,  # (n_unknowns,) f8, w of these vertices
+):
+    i = cuda.grid(1)
+    if i < vertices.shape[0]:
+        curvature = scales[zone_of[i]] / inverse_sqrt_masses[vertices[i]] ** 2
+        for axis in range(3):
+            curvatures_out[3 * (i + zone_of[i]) + axis] = curvature
 
 
 @cuda_kernel
@@ -389,21 +436,28 @@ def take_answers(
     # In:
     chosen,  # (n_zones,) b1
     zone_of_impact,  # (n_impacts,) i8
-    zone_of_vertex,  # (n_vertices,) i8
-    largest,  # (n_zones,) f8  [m kg^1/2]
+    zone_of_vertex,  # (n_free,) i8
+    vertices,  # (n_free,) i8, of the zones
+    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2]
+    lengths,  # (n_impacts,) f8  [kg^-1/2]
+    scales,  # (n_zones,) f8
+    variables,  # i8
     x,  # (n_unknowns,) f8
     multipliers,  # (n_impacts,) f8
     # Out:
     multipliers_out,  # (n_impacts,) f8  [m kg^1/2]
-    z_out,  # (3 n_vertices,) f8  [m kg^1/2]
+    z_out,  # (3 n_free,) f8  [m kg^1/2]
 ):
     i = cuda.grid(1)
     if i < zone_of_impact.shape[0] and chosen[zone_of_impact[i]]:
-        multipliers_out[i] = largest[zone_of_impact[i]] * multipliers[i]
+        scale = scales[zone_of_impact[i]]
+        factor = scale if variables == SCALED else lengths[i] / scale
+        multipliers_out[i] = factor * multipliers[i]
     if i < zone_of_vertex.shape[0] and chosen[zone_of_vertex[i]]:
+        zone = zone_of_vertex[i]
+        scale = scales[zone] if variables == SCALED else 1.0 / inverse_sqrt_masses[vertices[i]]
         for axis in range(3):
-            at = 3 * (i + zone_of_vertex[i]) + axis
-            z_out[3 * i + axis] = largest[zone_of_vertex[i]] * x[at]
+            z_out[3 * i + axis] = scale * x[3 * (i + zone) + axis]
 
 
 @cuda_kernel

@@ -1,5 +1,7 @@
 """The augmented-Lagrangian methods on the device, one zone a block."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from izo_ref.cuda import lagrangian as kernels
@@ -18,7 +20,7 @@ from izo_ref.gpu.arrays import (
     zeros,
 )
 from izo_ref.gpu.device import blocks_at_once
-from izo_ref.methods import METHODS, chosen_settings
+from izo_ref.methods import METHODS, PRESETS, chosen_settings
 
 # Threads of a block: for zones of a few impacts, and for others. More than 256 would leave each
 # fewer registers than the kernel has.
@@ -36,6 +38,15 @@ NEWTON = {
     "penalty": "grown",
     "max_steps": 200,
 }
+
+
+class Members(NamedTuple):
+    """Whose the impacts and vertices of zones side by side are, on the device."""
+
+    zone_of_impact: np.ndarray  # (n_impacts,) i8
+    zone_of_vertex: np.ndarray  # (n_free,) i8
+    vertices: np.ndarray  # (n_free,) i8, which of the scene's
+    inverse_sqrt_masses: np.ndarray  # (n_vertices,) f8 [kg^-1/2], 0 for pinned
 
 
 def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lambda call: call()):
@@ -75,20 +86,23 @@ def zones_of_size(zones, impact_offsets, more_than, at_most):
     return flags
 
 
-def solve_rows(rows, zone_of, chosen, thickness, options, solution):
+def solve_rows(rows, members, chosen, thickness, options, solution):
     """Solve some of the zones, and judge which are solved.
 
     Args:
         rows: `Rows`, of the device.
-        zone_of: zones of impacts and of vertices, (n_impacts,) and (n_vertices,) i8.
+        members: `Members` of the zones.
         chosen: (n_zones,) b1, those to solve.
         thickness: [m].
-        options: `Options`, with one of the methods here.
+        options: `Options`, with one of the methods here, or a preset.
         solution: `Solution`, written.
     """
-    n_zones, zones = chosen.shape[0], indices_of(chosen)
-    settings = chosen_settings(options, thickness)
-    inputs, largest = _inputs(rows, zone_of[0], zones, chosen, settings, options)
+    n_zones, zones, preset = chosen.shape[0], indices_of(chosen), PRESETS.get(options.preset)
+    variables = kernels.SCALED
+    if preset is not None:
+        by_total = preset.by_total_mass
+        variables = kernels.BY_TOTAL_MASS if by_total else kernels.BY_MEAN_INVERSE
+    inputs, scales = _inputs(rows, members, zones, chosen, variables, thickness, options)
     results = Results(
         zeros((inputs.curvatures.shape[0],), np.float64),
         zeros((rows.rhs.shape[0],), np.float64),
@@ -96,31 +110,45 @@ def solve_rows(rows, zone_of, chosen, thickness, options, solution):
         empty((n_zones, 0, 2), np.float64),
     )
     solve_on_device(inputs, results, MANY)
-    n_most = max(zone_of[0].shape[0], zone_of[1].shape[0])
+    n_most = max(members.zone_of_impact.shape[0], members.zone_of_vertex.shape[0])
     answers = results.x, results.multipliers
-    kernels.take_answers[n_most](chosen, *zone_of, largest, *answers, *solution[:2])
+    kernels.take_answers[n_most](
+        chosen, *members, rows.lengths, scales, variables, *answers, *solution[:2]
+    )
     tolerances = options.gap_tolerance, options.violation_tolerance * thickness
     kernels.judge_zones[zones.shape[0]](
         zones, results.gaps, results.violations, *tolerances, solution.solved
     )
 
 
-def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
-    """`Inputs` in the variables of SPEC 5, each zone in units of its largest rhs; and these."""
+def _inputs(rows, members, zones, chosen, variables, thickness, options):
+    """`Inputs` in the variables, and their scales by zone."""
     n, m, in_blocks = chosen.shape[0], rows.rhs.shape[0], (zones.shape[0], MANY, shared_bytes(MANY))
-    n_padded = total_of(rows.vertex_offsets) + n
-    largest = filled(n, 1.0, np.float64)
-    kernels.largest_sides.in_blocks(*in_blocks)(zones, rows.impact_offsets, rows.rhs, largest)
-    nodes, coefficients = empty((m, 4), np.uint32), copied(rows.coefficients)
-    starts, metres, is_entry = (
-        empty(m, np.float64),
-        empty(m, np.float64),
-        empty(4 * m, np.bool_),
+    n_padded, preset = total_of(rows.vertex_offsets) + n, PRESETS.get(options.preset)
+    settings, zone_of_impact = chosen_settings(options, thickness), members.zone_of_impact
+    scales, first_steps = filled(n, 1.0, np.float64), filled(n, 1.0, np.float64)
+    steps = (1.0, 0.0) if preset is None else (preset.step, preset.step_per_vertex)
+    of_vertices = members.vertices, members.inverse_sqrt_masses
+    kernels.zone_variables.in_blocks(*in_blocks)(
+        zones,
+        rows.impact_offsets,
+        rows.vertex_offsets,
+        *of_vertices,
+        rows.rhs,
+        variables,
+        *steps,
+        scales,
+        first_steps,
     )
+    nodes, coefficients = empty((m, 4), np.uint32), copied(rows.coefficients)
+    starts, metres = empty(m, np.float64), empty(m, np.float64)
+    is_entry, curvatures = empty(4 * m, np.bool_), filled(3 * n_padded, 1.0, np.float64)
     kernels.scale_rows[m](
         zone_of_impact,
         rows.vertex_offsets,
-        largest,
+        *of_vertices,
+        scales,
+        variables,
         chosen,
         rows.unknowns,
         rows.rhs,
@@ -131,6 +159,10 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
         metres,
         is_entry,
     )
+    if preset is not None:
+        kernels.curvatures_in_metres[members.vertices.shape[0]](
+            members.zone_of_vertex, *of_vertices, scales, curvatures
+        )
     entries = indices_of(is_entry)
     n_entries = entries.shape[0]
     vertices = empty(n_entries, np.int64)
@@ -146,15 +178,18 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
     row_offsets, memory_offsets = empty(n + 1, np.int64), empty(n + 1, np.int64)
     memory = MEMORY.get(settings.direction, (0, 0))
     kernels.offsets_of_zones[n + 1](rows.vertex_offsets, *memory, row_offsets, memory_offsets)
-    coupling = np.ones(n)
-    if settings.every_step:
-        sizes, bounds = empty(n_padded, np.float64), filled(n, 1.0, np.float64)
-        kernels.sizes_on_vertices[n_padded](entries, entry_starts, coefficients, sizes)
-        kernels.couplings.in_blocks(*in_blocks)(
-            zones, rows.impact_offsets, rows.vertex_offsets, nodes, coefficients, sizes, bounds
-        )
-        coupling = on_host(bounds)
-    mus, caps = METHODS[options.method].penalties(options, coupling)
+    if preset is not None:
+        mus = caps = np.full(n, preset.mu)
+    else:
+        coupling = np.ones(n)
+        if settings.every_step:
+            sizes, bounds = empty(n_padded, np.float64), filled(n, 1.0, np.float64)
+            kernels.sizes_on_vertices[n_padded](entries, entry_starts, coefficients, sizes)
+            kernels.couplings.in_blocks(*in_blocks)(
+                zones, rows.impact_offsets, rows.vertex_offsets, nodes, coefficients, sizes, bounds
+            )
+            coupling = on_host(bounds)
+        mus, caps = METHODS[options.method].penalties(options, coupling)
     inputs = Inputs(
         zones,
         rows.impact_offsets,
@@ -168,14 +203,14 @@ def _inputs(rows, zone_of_impact, zones, chosen, settings, options):
         rows.normals,
         starts,
         metres,
-        filled(3 * n_padded, 1.0, np.float64),
+        curvatures,
         on_device(mus),
         on_device(caps),
-        filled(n, 1.0, np.float64),
-        largest,  # units, of a trace that is not asked for
+        first_steps,
+        scales,  # for units, of a trace that is not asked for
         settings,
     )
-    return inputs, largest
+    return inputs, scales
 
 
 def solve_lagrangian(inputs: Inputs, results: Results, timed=lambda call: call()):

@@ -8,7 +8,7 @@ import numpy as np
 from izo_ref.cuda import step as choices
 from izo_ref.cuda import zones as kernels
 from izo_ref.gpu.arrays import counted, empty, filled, indices_of, starts_of, take, total_of
-from izo_ref.gpu.lagrangian import MOST, NEWTON, solve_rows, zones_of_size
+from izo_ref.gpu.lagrangian import MOST, NEWTON, Members, solve_rows, zones_of_size
 from izo_ref.interior_point import FARTHEST
 from izo_ref.options import LAGRANGIAN, Options
 from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
@@ -38,12 +38,12 @@ class Solution(NamedTuple):
     solved: np.ndarray  # (n_zones,) b1
 
 
-def solve_zones(rows: Rows, zone_of, thickness: float, options: Options) -> Solution:
+def solve_zones(rows: Rows, members: Members, thickness: float, options: Options) -> Solution:
     """Solve what the device can solve.
 
     Args:
         rows: `Rows`.
-        zone_of: zones of impacts and of vertices, (n_impacts,) and (n_vertices,) i8.
+        members: `Members` of the zones.
         thickness: [m].
         options: `Options`.
     """
@@ -53,17 +53,17 @@ def solve_zones(rows: Rows, zone_of, thickness: float, options: Options) -> Solu
         filled(3 * total_of(rows.vertex_offsets), 0.0, np.float64),
         filled(n_zones, False, np.bool_),
     )
-    if options.preset is not None or options.precision != "float64":
-        return solution  # the processor makes their variables
-    if options.method == "auto":
+    if options.precision != "float64":
+        return solution  # the processor makes its numbers
+    if options.method == "auto" and options.preset is None:
         _solve_small(rows, thickness, options, n_zones, solution)
         others = zones_of_size(counted(n_zones), rows.impact_offsets, SMALL, MOST)
         if indices_of(others).shape[0]:
             newton = replace(options, **NEWTON)
-            solve_rows(rows, zone_of, others, thickness, newton, solution)
-    elif options.method in LAGRANGIAN:
+            solve_rows(rows, members, others, thickness, newton, solution)
+    elif options.method in LAGRANGIAN or options.preset is not None:
         everything = filled(n_zones, True, np.bool_)
-        solve_rows(rows, zone_of, everything, thickness, options, solution)
+        solve_rows(rows, members, everything, thickness, options, solution)
         # what another method than the default comes to is taken, as on the processor
         solution = solution._replace(solved=everything)
     return solution

@@ -31,6 +31,7 @@ from izo_ref.gpu.impacts import (
     joined_impacts,
     take_impacts,
 )
+from izo_ref.gpu.lagrangian import Members
 from izo_ref.gpu.selection import select_impacts
 from izo_ref.gpu.solve import Rows, solve_zones
 from izo_ref.gpu.zones import build_zones
@@ -170,8 +171,8 @@ class Step:
         n, m = part.vertices.shape[0], part.impacts.shape[0]
         zone_of_row = _parts_of(part.impact_offsets, part.impacts)
         zone_of_vertex = _parts_of(part.vertex_offsets, part.vertices)
-        zone_of = zone_of_row, zone_of_vertex
-        solution = solve_zones(rows, zone_of, self._thickness, self._options)
+        members = Members(zone_of_row, zone_of_vertex, part.vertices, self._inverse_sqrt_masses)
+        solution = solve_zones(rows, members, self._thickness, self._options)
         kernels.fail_hopeless[m](hopeless, zone_of_row, solution.solved)
         kernels.move_vertices[n](
             part.vertices,

@@ -6,9 +6,11 @@ import pytest
 import izo_ref
 from izo_ref import Options, Status, devices
 from izo_ref.gpu import lagrangian, solve
+from izo_ref.methods import PRESETS
 from izo_ref.options import LAGRANGIAN
 from tests.shapes import grid, two_sheets, vertex_over_face
 
+UPDATES = ("every-step", "inner-solve")
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
 
 
@@ -146,14 +148,19 @@ def test_zones_of_a_block_and_of_all_blocks(rng, monkeypatch, name, large):
     assert 0.0 < apart <= 2.0 * np.sqrt(2e-9) * size
 
 
-@pytest.mark.parametrize("method", LAGRANGIAN)
-@pytest.mark.parametrize("update", ["every-step", "inner-solve"])
-def test_each_method_step_by_step(rng, monkeypatch, method, update):
+METHODS = [
+    *({"method": m, "multiplier_update": u} for m in LAGRANGIAN for u in UPDATES),
+    *({"preset": preset} for preset in PRESETS),
+]
+
+
+@pytest.mark.parametrize("named", METHODS, ids=lambda named: "-".join(named.values()))
+def test_each_method_step_by_step(rng, monkeypatch, named):
     monkeypatch.setattr(lagrangian, "MANY", 3)
     scene = two_sheets(rng, 2, pinned_below=True)
     scene.masses[:] = rng.uniform(1.0, 9.0, len(scene.masses))
     # so few that roundings do not grow, nor decide when a zone is done
-    options = Options(method=method, multiplier_update=update, max_steps=6, relinearize=0)
+    options = Options(**named, max_steps=6, relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert found.left_to_processor == 0
@@ -174,12 +181,9 @@ def test_each_method_to_its_end(rng, monkeypatch, method):
     assert found.status is Status.FREE
 
 
-@pytest.mark.parametrize(
-    "options", [{"method": "cg", "precision": "float32"}, {"preset": "xrtailor"}]
-)
-def test_variables_that_the_processor_makes(monkeypatch, options):
+def test_numbers_that_the_processor_makes(monkeypatch):
     monkeypatch.setattr(lagrangian, "FEW", 1)
-    scene, options = vertex_over_face(), Options(**options)
+    scene, options = vertex_over_face(), Options(method="cg", precision="float32")
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
     assert found.left_to_processor > 0
