@@ -259,6 +259,14 @@ DETECTION = [
         (SIMULATOR,),
     ),
     Fault(
+        "parents-of-what-moved-alone",
+        "izo_ref/cuda/tree.py",
+        "parent_block(parent, first, end, True, tree.lanes, tree.blocks)",
+        "parent_block(parent, first, end, False, tree.lanes, tree.blocks)",
+        "on a GPU what rests has no boxes above its own, so that nothing meets it",
+        (SIMULATOR,),
+    ),
+    Fault(
         "equal-keys-change-places",
         "izo_ref/cuda/arrays.py",
         "if keys[middle] < key or (beside < run and keys[middle] == key):",
