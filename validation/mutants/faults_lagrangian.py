@@ -47,7 +47,8 @@ LAGRANGIAN = [
     Fault(
         "each-block-for-itself",
         "izo_ref/cuda/team.py",
-        "    for k in range(cuda.threadIdx.x, cuda.gridDim.x, cuda.blockDim.x):\n        a += parts",
+        "    for k in range(cuda.threadIdx.x, cuda.gridDim.x, cuda.blockDim.x):\n"
+        "        a += parts",
         "    for k in range(cuda.blockIdx.x, cuda.blockIdx.x + 1):\n        a += parts",
         "of a zone that all blocks solve each has the sums of its own threads",
         ("tests/test_simulator.py",),
