@@ -8,7 +8,8 @@ import numpy as np
 from izo_ref.cuda import step as choices
 from izo_ref.cuda import zones as kernels
 from izo_ref.gpu.arrays import counted, empty, filled, indices_of, starts_of, take, total_of
-from izo_ref.gpu.lagrangian import MOST, NEWTON, Members, solve_rows, zones_of_size
+from izo_ref.gpu.lagrangian import MOST, NEWTON, solve_rows, zones_of_size
+from izo_ref.gpu.variables import Members
 from izo_ref.interior_point import FARTHEST
 from izo_ref.options import LAGRANGIAN, Options
 from izo_ref.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits

@@ -31,9 +31,9 @@ from izo_ref.gpu.impacts import (
     joined_impacts,
     take_impacts,
 )
-from izo_ref.gpu.lagrangian import Members
 from izo_ref.gpu.selection import select_impacts
 from izo_ref.gpu.solve import Rows, solve_zones
+from izo_ref.gpu.variables import Members
 from izo_ref.gpu.zones import build_zones
 from izo_ref.options import LAGRANGIAN
 from izo_ref.tally import Detected

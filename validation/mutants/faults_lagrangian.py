@@ -55,7 +55,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "couplings-of-one",
-        "izo_ref/cuda/lagrangian.py",
+        "izo_ref/cuda/variables.py",
         "            largest = max(largest, row_sum)\n",
         "            largest = max(largest, 0.0 * row_sum)\n",
         "on a GPU penalties are those of zones whose rows share nothing",
