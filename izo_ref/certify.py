@@ -7,7 +7,7 @@ import numpy as np
 from izo_ref import checks
 from izo_ref.cpu import advance as kernels
 from izo_ref.detect import Detector
-from izo_ref.devices import chosen_device, on_processor
+from izo_ref.devices import chosen_device, on_processor, plain
 from izo_ref.exact_path import first_meeting
 from izo_ref.options import RULES
 from izo_ref.types import Impacts, Pairs
@@ -55,7 +55,7 @@ def certify_path(scene, positions, rules=frozenset(RULES), device: str = "cpu") 
 
     Source: SPEC section 8.
     """
-    positions = on_processor(positions)
+    positions = on_processor("positions", plain(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
     filtered = _filtered_on_device if chosen_device(device, scene) == "cuda" else _filtered
     found, certain, tally = filtered(scene, positions, rules)

@@ -1,6 +1,9 @@
 """The processor or a GPU: which runs what is asked for, and arrays that are on the other."""
 
+import numpy as np
+
 from izo_ref import checks
+from izo_ref.errors import ShapeError
 
 # Triangles from which `auto` takes a GPU. An iteration on meeting sheets of so many takes two
 # threads of the processor 13 ms, and on a tenth of them 1.9; a GPU some 110 launches and 180 arrays
@@ -22,19 +25,29 @@ def chosen_device(device, scene) -> str:
     return "cuda" if len(scene.faces) >= GPU_FACES and has_device() else "cpu"
 
 
+def plain(array):
+    """The array without what PyTorch keeps to differentiate it."""
+    return array.detach() if hasattr(array, "detach") else array
+
+
 def is_on_gpu(array) -> bool:
-    """Whether its numbers are in the memory of a GPU."""
+    """Whether its numbers are in the memory of a GPU, and only there."""
+    if isinstance(array, np.ndarray):  # managed and mapped memory of numba is
+        return False
     if getattr(array, "__cuda_ndarray__", False) or hasattr(array, "__cuda_array_interface__"):
         return True
     where = getattr(array, "__dlpack_device__", None)
-    return where is not None and int(where()[0]) in CUDA_DEVICES
+    try:
+        return where is not None and int(where()[0]) in CUDA_DEVICES
+    except (BufferError, ValueError):  # on several devices, or on none: numpy says what it is
+        return False
 
 
-def on_processor(array):
+def on_processor(name, array):
     """The array as it is, or a copy of one that is on a GPU.
 
     Raises:
-        DeviceUnavailable.
+        DeviceUnavailable, ShapeError.
     """
     if not is_on_gpu(array):
         return array
@@ -43,4 +56,8 @@ def on_processor(array):
     require_device()
     from izo_ref.gpu.interop import viewed
 
-    return viewed(array).copy_to_host()
+    try:
+        # on the default stream, so that it is here when this returns
+        return viewed(array).bind().copy_to_host()
+    except NotImplementedError as error:
+        raise ShapeError(f"{name}: expected an array that can be copied: {error}") from None

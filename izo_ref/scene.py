@@ -3,7 +3,7 @@
 import numpy as np
 
 from izo_ref import checks
-from izo_ref.devices import is_on_gpu, on_processor
+from izo_ref.devices import is_on_gpu, on_processor, plain
 from izo_ref.errors import DegenerateFaceError, InitialIntersectionError, OptionError
 from izo_ref.intersections import intersecting_pairs
 from izo_ref.ranges import distinct
@@ -58,10 +58,17 @@ class Scene:
                 "initial_intersections: expected 'raise' or 'exclude', "
                 f"got {initial_intersections!r}"
             )
-        positions = {"positions_t0": positions_t0, "positions_t1": positions_t1}
-        self.on_gpu = {k: (v, None) for k, v in positions.items() if is_on_gpu(v)}
-        positions_t0, positions_t1, faces, masses, pinned = map(
-            on_processor, (positions_t0, positions_t1, faces, masses, pinned)
+        arrays = {
+            "positions_t0": plain(positions_t0),
+            "positions_t1": plain(positions_t1),
+            "faces": faces,
+            "masses": plain(masses),
+            "pinned": pinned,
+        }
+        points = ("positions_t0", "positions_t1")
+        self.on_gpu = {k: (arrays[k], None) for k in points if is_on_gpu(arrays[k])}
+        positions_t0, positions_t1, faces, masses, pinned = (
+            on_processor(name, array) for name, array in arrays.items()
         )
         self.positions_t0 = checks.floats("positions_t0", positions_t0, (None, 3))
         n = len(self.positions_t0)

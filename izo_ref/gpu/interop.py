@@ -17,7 +17,9 @@ def viewed(array):
     """The same memory as an array of numba; what was launched on it before is waited for."""
     if getattr(array, "__cuda_ndarray__", False):
         return array
-    if hasattr(array, "__cuda_array_interface__"):
+    interface = getattr(array, "__cuda_array_interface__", None)
+    # PyTorch, JAX and Warp do not say there on which stream they write, but wait by DLPack
+    if not hasattr(array, "__dlpack__") or (interface or {}).get("stream") is not None:
         return cuda.as_cuda_array(array)
     return cuda.as_cuda_array(Described(array, LEGACY_STREAM))
 

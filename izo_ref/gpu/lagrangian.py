@@ -51,15 +51,18 @@ def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lamb
     *shared, states = (zeros(*array) for array in work_space(inputs, n_memory, n_threads))
     n_blocks, n_bytes = blocks_at_once(), shared_bytes(n_threads)
     in_blocks = kernels.solve_lagrangian.in_blocks(small.shape[0], n_threads, n_bytes)
-    by_grid = kernels.solve_lagrangian_by_grid.in_blocks(n_blocks, n_threads, n_bytes)
+    by_grid = []
+    for i in range(large.shape[0]):
+        one = inputs._replace(zones=large[i : i + 1])
+        *_, own = work_space(one, n_memory, n_blocks * n_threads)
+        launch = kernels.solve_lagrangian_by_grid.in_blocks(n_blocks, n_threads, n_bytes)
+        parts = zeros((n_blocks, PARTS), np.float64)
+        by_grid.append((launch, one, zeros(*own), parts))
 
     def run():
         in_blocks(*inputs, *results, *shared, states)
-        for i in range(large.shape[0]):
-            one = inputs._replace(zones=large[i : i + 1])
-            *_, own = work_space(one, n_memory, n_blocks * n_threads)
-            parts = zeros((n_blocks, PARTS), np.float64)
-            by_grid(*one, *results, *shared, zeros(*own), parts)
+        for launch, one, own, parts in by_grid:
+            launch(*one, *results, *shared, own, parts)
 
     return timed(run)
 

@@ -1,5 +1,7 @@
 """Arrays that are on a device already."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from numba import cuda
@@ -7,7 +9,7 @@ from numba import cuda
 import izo_ref
 from izo_ref.devices import is_on_gpu
 from izo_ref.errors import NonFiniteError, ShapeError
-from izo_ref.gpu import arrays
+from izo_ref.gpu import arrays, interop
 from izo_ref.gpu.interop import Described, viewed
 from tests.shapes import two_sheets
 
@@ -92,12 +94,82 @@ def test_what_has_dlpack_alone_is_described():
         assert found[name] == same[name]
 
 
+@pytest.mark.parametrize(
+    ("stream", "has_dlpack", "by_dlpack"),
+    [(None, True, True), (1, True, False), (None, False, False), (1, False, False)],
+)
+def test_what_is_still_written_is_waited_for(monkeypatch, stream, has_dlpack, by_dlpack):
+    """By the stream that an array names, or by DLPack; where it has neither, nobody can."""
+    array = SimpleNamespace(__cuda_array_interface__={"version": 3, "stream": stream})
+    if has_dlpack:
+        array.__dlpack__ = None
+    monkeypatch.setattr(interop.cuda, "as_cuda_array", lambda a: a, raising=False)
+    monkeypatch.setattr(interop, "Described", lambda a, stream: ("described", a, stream))
+    assert viewed(array) == (("described", array, 1) if by_dlpack else array)
+
+
+class OfTorch:
+    """A tensor that is differentiated: it says what it is once it is detached."""
+
+    requires_grad = True
+
+    def __init__(self, values):
+        self._values = values
+
+    def detach(self):
+        return self._values
+
+    @property
+    def __cuda_array_interface__(self):
+        raise RuntimeError("requires grad")
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("requires grad")
+
+
+@pytest.mark.parametrize("send", [np.asarray, cuda.to_device])
+def test_tensors_that_are_differentiated(rng, send):
+    scene = two_sheets(rng, 2)
+    start, end = (OfTorch(send(a)) for a in (scene.positions_t0, scene.positions_t1))
+    own = izo_ref.Scene(start, end, scene.faces)
+    assert np.array_equal(own.positions_t1, scene.positions_t1)
+    assert len(own.on_gpu) == (2 if send is cuda.to_device else 0)
+    assert izo_ref.certify_path(own, OfTorch(send(scene.positions_t0))).free
+
+
+class Managed(np.ndarray):
+    __cuda_ndarray__ = True
+
+
+class Spread:
+    def __dlpack_device__(self):
+        raise BufferError("on several devices")
+
+
+class Backwards:
+    __cuda_ndarray__ = True
+
+    def bind(self):
+        return self
+
+    def copy_to_host(self):
+        raise NotImplementedError("negative strides")
+
+
+def test_arrays_that_cannot_be_copied_are_named(rng):
+    scene = two_sheets(rng, 2)
+    with pytest.raises(ShapeError, match=r"positions_t1: .*negative strides"):
+        izo_ref.Scene(scene.positions_t0, Backwards(), scene.faces)
+
+
 def test_arrays_of_a_gpu_are_known():
     values = np.zeros(3)
     assert not is_on_gpu(values)
     assert not is_on_gpu([1.0])
     assert not is_on_gpu(OfDlpack(values, (1, 0)))
     assert is_on_gpu(OfDlpack(values, (2, 0)))
+    assert not is_on_gpu(values.view(Managed))
+    assert not is_on_gpu(Spread())
     own = cuda.to_device(values)
     assert is_on_gpu(own)
     assert viewed(own) is own
