@@ -1,10 +1,13 @@
 """Detection on the device, against that of the processor: the same bits."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.gpu import detect
+from izo_ref.broad import vertex_boxes
+from izo_ref.gpu import arrays, detect
 from izo_ref.types import Pairs
 from tests.shapes import two_sheets, vertex_over_face
 
@@ -36,6 +39,38 @@ def test_pairs_are_left_out(rng):
     found = izo_ref.find_impacts(scene, device="cuda")
     assert len(found.toi) == len(every.toi) // 2
     assert np.array_equal(found.nodes, izo_ref.find_impacts(scene).nodes)
+
+
+def test_boxes_hold_all_and_lanes_what_moves(rng):
+    scene = two_sheets(rng, 6)
+    still = rng.random(len(scene.masses)) < 0.8
+    scene.positions_t1[still] = scene.positions_t0[still]
+    detector = detect.Detector(scene)
+    for elements in detector._elements:  # what was there before is not to matter
+        n = len(elements.tree.nodes)
+        for first in elements.levels[:-1]:
+            for i in range(n):
+                elements.tree.blocks[first + i // 8, :, i % 8] = 9e9
+            n = -(-n // 8)
+    detector.find(arrays.on_device(scene.positions_t1))
+    of_vertices = vertex_boxes(scene.positions_t0, scene.positions_t1, scene.positions_t1)
+    for elements in detector._elements:
+        nodes, blocks, lanes, levels = (arrays.on_host(a) for a in elements.tree[1:])
+        ends = of_vertices[nodes]
+        low, high = ends.min(axis=1), ends.max(axis=1)
+        boxes = np.hstack((low[:, :3], high[:, :3], low[:, 3:6], high[:, 6:]))
+        moves = ~still[nodes].all(axis=1)
+        assert len(levels) > 2
+        for first, end in pairwise(levels):
+            found = blocks[first:end].transpose(0, 2, 1).reshape(-1, 12)[: len(boxes)]
+            assert np.array_equal(found, boxes)
+            bits = np.unpackbits(lanes[first:end], bitorder="little").astype(bool)
+            assert np.array_equal(bits[: len(moves)], moves)
+            assert not bits[len(moves) :].any()
+            begins = np.arange(0, len(boxes), 8)
+            least, most = np.minimum.reduceat(boxes, begins), np.maximum.reduceat(boxes, begins)
+            is_low = np.arange(12) % 6 < 3
+            boxes, moves = np.where(is_low, least, most), np.maximum.reduceat(moves, begins)
 
 
 def test_many_batches_are_as_one(rng, monkeypatch):
