@@ -101,7 +101,8 @@ def cuda_report(folder, command):
         + measured(ZONES, "zones", "kernel_ms"),
         f"## Whole steps\n\n{ICLOTH}\n\n" + measured(STEPS, "steps"),
         "## Launches of whole steps, and arrays made\n\nOf meeting sheets; with more of them trees "
-        "have more levels, and sorts more passes.\n\n" + measured(LAUNCHES, "launches"),
+        "have more levels, and sorts more passes. The simulator counts them too: `--only launches` "
+        "with `NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1`.\n\n" + measured(LAUNCHES, "launches"),
         "## Memory: `compute-sanitizer` on a small step\n\n" + measured(MEMORY, "memory"),
         "## Kernels\n\n" + measured(KERNELS, "kernels"),
         *(f"`{kernel}` has a stack frame: {reason}." for kernel, reason in FRAMES.items()),
