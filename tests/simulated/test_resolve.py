@@ -120,6 +120,7 @@ def test_a_spent_budget(rng):
 
 def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
+    monkeypatch.setattr(lagrangian, "MANY", 3)
     monkeypatch.setitem(lagrangian.NEWTON, "max_steps", 1)
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
