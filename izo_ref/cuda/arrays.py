@@ -12,22 +12,12 @@ TILE = THREADS * ITEMS
 TILES = 4 * TILE  # keys and places, each twice
 
 
-@cuda_kernel
-def scan_tiles(
-    # In:
-    values,  # (n,) i8 or b1
-    # Out:
-    starts_out,  # (n + 1,) i8, sum of the values before each in its tile of TILE; 0 at first
-    totals_out,  # (n_tiles,) i8, of each tile
-):
-    k = cuda.threadIdx.x
+@device_function
+def sum_so_far(own):
+    """Of the values of the threads of a block, up to this one's."""
     # all threads of a block come to each barrier: those without a value add nothing
     sums = cuda.shared.array(THREADS, numba.int64)
-    own = numba.int64(0)
-    begin = cuda.blockIdx.x * TILE + k * ITEMS
-    end = min(begin + ITEMS, values.shape[0])
-    for i in range(begin, end):
-        own += values[i]
+    k = cuda.threadIdx.x
     sums[k] = own
     distance = 1
     while distance < cuda.blockDim.x:
@@ -36,14 +26,53 @@ def scan_tiles(
         cuda.syncthreads()
         sums[k] += before
         distance *= 2
-    so_far = sums[k] - own
+    return sums[k]
+
+
+@cuda_kernel
+def scan_tiles(
+    # In:
+    values,  # (n,) i8 or b1
+    # Out:
+    starts_out,  # (n + 1,) i8, sum of the values before each in its tile of TILE; 0 at first
+    totals_out,  # (n_tiles,) i8, of each tile
+):
+    k, own = cuda.threadIdx.x, numba.int64(0)
+    begin = cuda.blockIdx.x * TILE + k * ITEMS
+    end = min(begin + ITEMS, values.shape[0])
+    for i in range(begin, end):
+        own += values[i]
+    total = sum_so_far(own)
+    so_far = total - own
     for i in range(begin, end):
         so_far += values[i]
         starts_out[i + 1] = so_far
     if k == cuda.blockDim.x - 1:
-        totals_out[cuda.blockIdx.x] = sums[k]
+        totals_out[cuda.blockIdx.x] = total
     if cuda.blockIdx.x == 0 and k == 0:
         starts_out[0] = 0
+
+
+@cuda_kernel
+def choose_in_tile(
+    # In:
+    flags,  # (n,) b1, n is TILE at most
+    # Out:
+    index_out,  # (>= n_chosen,) i8, where they are true, ascending
+    count_out,  # (1,) i8, n_chosen
+):
+    k, own = cuda.threadIdx.x, numba.int64(0)
+    begin, end = k * ITEMS, min((k + 1) * ITEMS, flags.shape[0])
+    for i in range(begin, end):
+        own += flags[i]
+    total = sum_so_far(own)
+    at = total - own
+    for i in range(begin, end):
+        if flags[i]:
+            index_out[at] = i
+            at += 1
+    if k == cuda.blockDim.x - 1:
+        count_out[0] = total
 
 
 @cuda_kernel

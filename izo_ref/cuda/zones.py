@@ -87,11 +87,11 @@ def are_first(
     # In:
     keys,  # (n,) i8, ascending
     # Out:
-    first_out,  # (n,) b1, not the same as before
+    first_out,  # (n + 1,) b1, not the same as before; and behind the last
 ):
     i = cuda.grid(1)
-    if i < keys.shape[0]:
-        first_out[i] = i == 0 or keys[i] != keys[i - 1]
+    if i <= keys.shape[0]:
+        first_out[i] = i == 0 or i == keys.shape[0] or keys[i] != keys[i - 1]
 
 
 @cuda_kernel

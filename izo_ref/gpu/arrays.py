@@ -101,11 +101,16 @@ def total_of(starts):
 
 def indices_of(flags):
     """(n_true,) i8, where flags are true, ascending."""
-    if flags.shape[0] == 0:
+    n = flags.shape[0]
+    if n == 0:
         return empty(0, np.int64)
+    if n <= TILE:
+        index, count = empty(n, np.int64), empty(1, np.int64)
+        _in_tiles(kernels.choose_in_tile, n)(flags, index, count)
+        return index[: total_of(count)]
     starts = starts_of(flags)
     index = empty(total_of(starts), np.int64)
-    kernels.chosen[flags.shape[0]](starts, index)
+    kernels.chosen[n](starts, index)
     return index
 
 

@@ -8,7 +8,6 @@ from izo_ref.gpu.arrays import (
     empty,
     filled,
     indices_of,
-    joined,
     on_host,
     order_of,
     take,
@@ -55,6 +54,6 @@ def _grouped(members, groups):
     """Members by their group, else as given, and where each group begins."""
     keys = take(groups, members)
     order, n = order_of(keys), members.shape[0]
-    first = empty(n, np.bool_)
-    kernels.are_first[n](take(keys, order), first)
-    return take(members, order), joined([indices_of(first), filled(1, n, np.int64)])
+    first = empty(n + 1, np.bool_)
+    kernels.are_first[n + 1](take(keys, order), first)
+    return take(members, order), indices_of(first)
