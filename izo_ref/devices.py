@@ -6,7 +6,7 @@ from izo_ref import checks
 from izo_ref.errors import ShapeError
 
 # Triangles from which `auto` takes a GPU. An iteration on meeting sheets of so many takes two
-# threads of the processor 13 ms, and on a tenth of them 1.9; a GPU some 110 launches and 180 arrays
+# threads of the processor 13 ms, and on a tenth of them 1.9; a GPU some 100 launches and 170 arrays
 # (`reports/cuda/`): so it pays unless one of these takes 0.04 ms. No GPU was measured yet.
 GPU_FACES = 100_000
 CUDA_DEVICES = (2, 13)  # of DLPack: memory of a GPU, and managed memory
