@@ -6,14 +6,15 @@ from izo_ref import checks
 from izo_ref.errors import ShapeError
 
 # Triangles from which `auto` takes a GPU. An iteration on meeting sheets of so many takes two
-# threads of the processor 13 ms, and on a tenth of them 1.9; a GPU some 100 launches and 170 arrays
-# (`reports/cuda/`): so it pays unless one of these takes 0.04 ms. No GPU was measured yet.
+# threads of the processor 12 ms, on a tenth of them 1.7 (`reports/speed/`, scale), and a GPU some
+# 100 launches and 170 arrays (`reports/cuda/`): with less than 0.04 ms each it is faster here, and
+# with more than 0.006 slower there. No GPU was measured yet.
 GPU_FACES = 100_000
 CUDA_DEVICES = (2, 13)  # of DLPack: memory of a GPU, and managed memory
 
 
 def chosen_device(device, scene) -> str:
-    """`cpu` or `cuda`: the one asked for, or of `auto` the GPU if there is one and it pays.
+    """`cpu` or `cuda`: the one asked for; of `auto` a GPU, if there is one, for large scenes.
 
     Raises:
         OptionError.

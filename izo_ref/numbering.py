@@ -49,7 +49,7 @@ def _canonical_faces(faces):
     faces = faces[rows, (first[:, None] + np.arange(3)) % 3]
     if faces.max(initial=0) > LARGEST_CORNER:
         return np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])
-    # all three in one number: rows take six times as long to sort
+    # all three in one number, for rows take longer to sort
     a, b, c = faces.T.astype(np.int64)
     keys = np.sort(a << 42 | b << 21 | c)
     corners = keys >> 42, keys >> 21 & LARGEST_CORNER, keys & LARGEST_CORNER

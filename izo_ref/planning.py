@@ -75,11 +75,9 @@ def _switched(line, rules):
 
 
 def _gpu(scene):
-    pays, n = len(scene.faces) >= devices.GPU_FACES, len(scene.faces)
-    reason = (
-        f"{n} triangles; it pays from {devices.GPU_FACES} on, and with device 'auto' is used then"
-    )
-    return PlanLine("a GPU", "all" if pays else "none", reason, "")
+    n, enough = len(scene.faces), len(scene.faces) >= devices.GPU_FACES
+    reason = f"{n} triangles; device 'auto' takes one, if there is one, from {devices.GPU_FACES} on"
+    return PlanLine("a GPU", "all" if enough else "none", reason, "")
 
 
 def _detection(scene, moving):

@@ -93,7 +93,7 @@ def resolve(
             `options.thickness_fraction` of the median edge length at the start.
         device: `cpu`; `cuda`, where a GPU runs the loop and the filter of the certificate, and
             the processor solves the zones that it leaves, scales back, and judges; `auto`,
-            which is `cuda` if there is a GPU and `plan` says that it pays, else `cpu`.
+            which is `cuda` if there is a GPU and the scene is large enough (`plan`), else `cpu`.
         options: `Options`.
         on_iteration: called with each `Iteration` as it ends.
 
@@ -132,7 +132,7 @@ def resolve(
 
     positions = np.empty_like(scene.positions_t1)
     positions[order] = step.positions
-    positions_on_gpu = looped.on_gpu(positions, None if not free else order)
+    positions_on_gpu = looped.on_gpu(positions, order if free else None)
     certificate = certify_path(scene, positions, options.rules, device)
     times["certify"] = time.perf_counter()
     scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]

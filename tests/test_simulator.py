@@ -9,7 +9,7 @@ import pytest
 
 from tests.conftest import SEED
 
-LIMIT_S = 300.0  # it takes some 30: what goes on for ever is to end
+LIMIT_S = 300.0  # it takes some 75: what goes on for ever is to end
 
 
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda: izo-ref[cuda]")

@@ -32,8 +32,8 @@ RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}
 # Kernels with a stack frame, and why.
 FRAMES = {
     "lagrangian.solve_lagrangian_by_grid": "its waits of all blocks are calls into the runtime of "
-    "the device, and what is kept over a call are up to a hundred numbers more than there are "
-    "registers for; a wait takes longer than to store and load them",
+    "the device, and what is kept over a call is more than there are registers for; what that "
+    "costs is not measured yet",
 }
 # A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
 PARAMETER = re.compile(r"^    (\w+),  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)

@@ -3,8 +3,7 @@
 from numba import prange
 
 from izo_ref._jit import cpu_kernel
-from izo_ref.serial.descent import minimise
-from izo_ref.serial.lagrangian import Zone
+from izo_ref.serial.descent import minimise_zone
 from izo_ref.serial.team import alone
 
 
@@ -42,37 +41,34 @@ def solve_lagrangian(
     states_out,  # (n, n_threads, 9) f8, zeros, work space; as many as work on a zone
 ):
     for number in prange(zones.shape[0]):
-        zone = zones[number]
-        a, b = impact_offsets[zone], impact_offsets[zone + 1]
-        i, k = row_offsets[zone], row_offsets[zone + 1]
-        steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(
-            Zone(
-                nodes[a:b],
-                coefficients[a:b],
-                entries,
-                arms,
-                entry_starts[i // 3 : k // 3 + 1],
-                normals[a:b],
-                starts[a:b],
-                metres[a:b],
-                curvatures[i:k],
-                x_out[i:k],
-                multipliers_out[a:b],
-                vectors_out[0, i:k],
-                vectors_out[1, i:k],
-                vectors_out[2, i:k],
-                vectors_out[3, i:k],
-                rows_out[0, a:b],
-                rows_out[1, a:b],
-                rows_out[2, a:b],
-                memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
-                states_out[number, 0],
-                alone(),
-            ),
+        minimise_zone(
+            zones[number],
+            states_out[number, 0],
+            alone(),
+            impact_offsets,
+            row_offsets,
+            memory_offsets,
+            nodes,
+            coefficients,
+            entries,
+            arms,
+            entry_starts,
+            normals,
+            starts,
+            metres,
+            curvatures,
+            mus,
+            mu_caps,
+            first_steps,
+            units,
             settings,
-            mus[zone],
-            mu_caps[zone],
-            first_steps[zone],
-            units[zone],
-            trace_out[zone],
+            x_out,
+            multipliers_out,
+            steps_out,
+            gaps_out,
+            violations_out,
+            trace_out,
+            vectors_out,
+            rows_out,
+            memory_out,
         )

@@ -6,7 +6,7 @@ from numba import cuda
 from izo_ref.cuda._jit import THREADS, cuda_kernel, device_function
 
 # Values of a thread, and of a block of THREADS, where all of an array are taken together: many
-# arrays here are so short that one launch is all, and a launch takes longer than a few values.
+# arrays here are so short that one launch is all.
 ITEMS = 8
 TILE = THREADS * ITEMS
 TILES = 4 * TILE  # keys and places, each twice

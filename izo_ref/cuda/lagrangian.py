@@ -5,78 +5,9 @@ Source: XRTailor documentation, "Impact Zone Optimization", figure `gpu_architec
 
 from numba import cuda
 
-from izo_ref.cuda._jit import cuda_kernel, device_function
+from izo_ref.cuda._jit import cuda_kernel
 from izo_ref.cuda.team import block, grid
-from izo_ref.serial.descent import minimise
-from izo_ref.serial.lagrangian import Zone
-
-
-@device_function
-def _solve(
-    zone,
-    state,
-    team,
-    impact_offsets,
-    row_offsets,
-    memory_offsets,
-    nodes,
-    coefficients,
-    entries,
-    arms,
-    entry_starts,
-    normals,
-    starts,
-    metres,
-    curvatures,
-    mus,
-    mu_caps,
-    first_steps,
-    units,
-    settings,
-    x_out,
-    multipliers_out,
-    steps_out,
-    gaps_out,
-    violations_out,
-    trace_out,
-    vectors_out,
-    rows_out,
-    memory_out,
-):
-    """One zone by a team; of the state each thread has its own."""
-    a, b = impact_offsets[zone], impact_offsets[zone + 1]
-    i, k = row_offsets[zone], row_offsets[zone + 1]
-    steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(
-        Zone(
-            nodes[a:b],
-            coefficients[a:b],
-            entries,
-            arms,
-            entry_starts[i // 3 : k // 3 + 1],
-            normals[a:b],
-            starts[a:b],
-            metres[a:b],
-            curvatures[i:k],
-            x_out[i:k],
-            multipliers_out[a:b],
-            vectors_out[0, i:k],
-            vectors_out[1, i:k],
-            vectors_out[2, i:k],
-            vectors_out[3, i:k],
-            rows_out[0, a:b],
-            rows_out[1, a:b],
-            rows_out[2, a:b],
-            memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
-            state,
-            team,
-        ),
-        settings,
-        mus[zone],
-        mu_caps[zone],
-        first_steps[zone],
-        units[zone],
-        trace_out[zone],
-    )
+from izo_ref.serial.descent import minimise_zone
 
 
 @cuda_kernel
@@ -113,7 +44,7 @@ def solve_lagrangian(
     states_out,  # (n, n_threads, 9) f8, zeros, work space; as many as work on a zone
 ):
     if cuda.blockIdx.x < zones.shape[0]:
-        _solve(
+        minimise_zone(
             zones[cuda.blockIdx.x],
             states_out[cuda.blockIdx.x, cuda.threadIdx.x],
             block(),
@@ -182,7 +113,7 @@ def solve_lagrangian_by_grid(
 ):
     if zones.shape[0] == 1:
         team = grid(parts_out)
-        _solve(
+        minimise_zone(
             zones[0],
             states_out[0, team.rank()],
             team,

@@ -1,7 +1,8 @@
 """Boxes of elements, and trees over them: vertices, edges and faces in one launch.
 
-Every path has its boxes anew, so all are written, and a launch takes longer than most levels do;
-on the processor (`cpu/tree.py`) those that did not change are left, a tree at a time.
+Every path has its boxes anew, so all are written, and a tree has few blocks in most levels, so
+that one by one would be many launches of little (`reports/cuda/` counts them). On the processor
+(`cpu/tree.py`) boxes that did not change are left, a tree at a time.
 """
 
 from numba import cuda

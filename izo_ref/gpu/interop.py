@@ -1,9 +1,9 @@
 """Arrays of others on the device: of CuPy, PyTorch, JAX, Warp, numba, and whatever has DLPack.
 
-And what CuPy does better on ours.
+And sorts of ours, which are left to CuPy.
 """
 
-import sys
+from functools import cache
 from importlib.util import find_spec
 
 from cuda.core.utils import StridedMemoryView
@@ -41,9 +41,10 @@ class Described:
         }
 
 
+@cache
 def has_cupy() -> bool:
     """Whether CuPy is installed, and there is a device for it: the simulator has none."""
-    return not config.ENABLE_CUDASIM and ("cupy" in sys.modules or find_spec("cupy") is not None)
+    return not config.ENABLE_CUDASIM and find_spec("cupy") is not None
 
 
 def order_by_cupy(keys):

@@ -21,7 +21,7 @@ from izo_ref.gpu.variables import Variables
 # fewer registers than the kernel has.
 FEW, MANY = WARP, 256
 # Impacts of a zone that one block solves, in float64: with more, each of its threads would have
-# many rows, while a wait of all blocks takes as long as some of them.
+# more than 16 rows. Not measured yet.
 LARGE = 4096
 MOST = np.iinfo(np.int64).max
 # For zones that one thread is too slow for: of the methods here the one that comes to 1e-9 on all
@@ -86,7 +86,10 @@ def solve_rows(rows, members, chosen, thickness, options, solution):
         options: `Options`, with one of the methods here, or a preset.
         solution: `Solution`, written.
     """
-    variables = Variables(rows, members, chosen, thickness, options, MANY)
+    zones = indices_of(chosen)
+    if zones.shape[0] == 0:
+        return
+    variables = Variables(rows, members, chosen, zones, thickness, options, MANY)
     inputs, n_zones = variables.inputs, chosen.shape[0]
     results = Results(
         zeros((inputs.curvatures.shape[0],), np.float64),

@@ -59,9 +59,7 @@ def solve_zones(rows: Rows, members: Members, thickness: float, options: Options
     if options.method == "auto" and options.preset is None:
         _solve_small(rows, thickness, options, n_zones, solution)
         others = zones_of_size(counted(n_zones), rows.impact_offsets, SMALL, MOST)
-        if indices_of(others).shape[0]:
-            newton = replace(options, **NEWTON)
-            solve_rows(rows, members, others, thickness, newton, solution)
+        solve_rows(rows, members, others, thickness, replace(options, **NEWTON), solution)
     elif options.method in LAGRANGIAN or options.preset is not None:
         everything = filled(n_zones, True, np.bool_)
         solve_rows(rows, members, everything, thickness, options, solution)

@@ -40,6 +40,7 @@ class Variables:
         rows: `Rows`.
         members: `Members`.
         chosen: (n_zones,) b1.
+        zones: (n,) i8, the same.
         thickness: [m].
         options: `Options`.
         n_threads: of a block, for what is summed over a zone.
@@ -48,10 +49,10 @@ class Variables:
         inputs: `Inputs` of the kernels that solve.
     """
 
-    def __init__(self, rows, members, chosen, thickness, options, n_threads):
+    def __init__(self, rows, members, chosen, zones, thickness, options, n_threads):
         self._rows, self._members, self._chosen = rows, members, chosen
         self._options, self._preset = options, PRESETS.get(options.preset)
-        self._kind, self._zones = _kind_of(self._preset), indices_of(chosen)
+        self._kind, self._zones = _kind_of(self._preset), zones
         self._n = chosen.shape[0]
         self._n_padded = total_of(rows.vertex_offsets) + self._n
         self._in_blocks = (self._zones.shape[0], n_threads, shared_bytes(n_threads))

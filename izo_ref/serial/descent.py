@@ -19,6 +19,7 @@ from izo_ref.serial.directions.gradient import gradient_direction
 from izo_ref.serial.directions.lbfgs import lbfgs_direction, remember_pair
 from izo_ref.serial.directions.newton import newton_direction
 from izo_ref.serial.lagrangian import (
+    Zone,
     evaluate,
     hessian_diagonal,
     prepare_line,
@@ -279,3 +280,74 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
         for j in range(zone.team.rank(), zone.pushed.size, zone.team.size()):
             zone.multipliers[j] = max(state[MU] * zone.pushed[j], 0.0)
     return iteration, relative_gap(found), found.violation_m
+
+
+@compiled
+def minimise_zone(
+    zone,
+    state,
+    team,
+    impact_offsets,
+    row_offsets,
+    memory_offsets,
+    nodes,
+    coefficients,
+    entries,
+    arms,
+    entry_starts,
+    normals,
+    starts,
+    metres,
+    curvatures,
+    mus,
+    mu_caps,
+    first_steps,
+    units,
+    settings,
+    x_out,
+    multipliers_out,
+    steps_out,
+    gaps_out,
+    violations_out,
+    trace_out,
+    vectors_out,
+    rows_out,
+    memory_out,
+):
+    """Run it on one of several zones side by side; arrays are those of the kernels' contract.
+
+    `state` is the thread's own.
+    """
+    a, b = impact_offsets[zone], impact_offsets[zone + 1]
+    i, k = row_offsets[zone], row_offsets[zone + 1]
+    steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(
+        Zone(
+            nodes[a:b],
+            coefficients[a:b],
+            entries,
+            arms,
+            entry_starts[i // 3 : k // 3 + 1],
+            normals[a:b],
+            starts[a:b],
+            metres[a:b],
+            curvatures[i:k],
+            x_out[i:k],
+            multipliers_out[a:b],
+            vectors_out[0, i:k],
+            vectors_out[1, i:k],
+            vectors_out[2, i:k],
+            vectors_out[3, i:k],
+            rows_out[0, a:b],
+            rows_out[1, a:b],
+            rows_out[2, a:b],
+            memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
+            state,
+            team,
+        ),
+        settings,
+        mus[zone],
+        mu_caps[zone],
+        first_steps[zone],
+        units[zone],
+        trace_out[zone],
+    )
