@@ -1,42 +1,86 @@
 """izo_ref: reference and verification toolkit for impact zone optimization.
 
 The public names. Each is imported when it is first used, so that `import izo_ref` takes
-milliseconds, and what needs the compiler its second only then.
+milliseconds. The folders are the stages of the method; each says in its `__init__.py` what lives
+there. Start reading with `loop/resolve.py`.
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 from izo_ref.version import __version__
 
-_NAMES = {
-    "certify": ("PathCertificate", "certify_path"),
-    "detect": ("find_impacts",),
-    "distance": ("distance_bound",),
-    "errors": ("IzoError",),
-    "options": ("Options",),
-    "planning": ("Plan", "plan"),
-    "problem": ("Residuals", "ZoneProblem", "ZoneSolution", "residuals"),
-    "resolving": ("Result", "resolve"),
+if TYPE_CHECKING:
+    from izo_ref.base import errors
+    from izo_ref.base.errors import IzoError
+    from izo_ref.base.options import Options
+    from izo_ref.base.records import Impacts, Pairs, Status
+    from izo_ref.certificate.certify import PathCertificate, certify_path
+    from izo_ref.detection.find import find_impacts
+    from izo_ref.loop.plan import Plan, plan
+    from izo_ref.loop.resolve import Result, resolve
+    from izo_ref.scene import Scene
+    from izo_ref.solvers.solve import solve_zone
+    from izo_ref.zones.distance import distance_bound
+    from izo_ref.zones.grouping import Zones, build_zones
+    from izo_ref.zones.problem import Residuals, ZoneProblem, ZoneSolution, residuals
+    from izo_ref.zones.system import zone_problem
+
+__all__ = [
+    "Impacts",
+    "IzoError",
+    "Options",
+    "Pairs",
+    "PathCertificate",
+    "Plan",
+    "Residuals",
+    "Result",
+    "Scene",
+    "Status",
+    "ZoneProblem",
+    "ZoneSolution",
+    "Zones",
+    "__version__",
+    "build_zones",
+    "certify_path",
+    "distance_bound",
+    "errors",
+    "find_impacts",
+    "plan",
+    "residuals",
+    "resolve",
+    "solve_zone",
+    "zone_problem",
+]
+
+# The module of each name above; a test compares it with the imports that the type checker sees.
+_MODULES = {
+    "base": ("errors",),
+    "base.errors": ("IzoError",),
+    "base.options": ("Options",),
+    "base.records": ("Impacts", "Pairs", "Status"),
+    "certificate.certify": ("PathCertificate", "certify_path"),
+    "detection.find": ("find_impacts",),
+    "loop.plan": ("Plan", "plan"),
+    "loop.resolve": ("Result", "resolve"),
     "scene": ("Scene",),
-    "solve": ("solve_zone",),
-    "types": ("Impacts", "Pairs", "Status"),
-    "zones": ("Zones", "build_zones", "zone_problem"),
+    "solvers.solve": ("solve_zone",),
+    "zones.distance": ("distance_bound",),
+    "zones.grouping": ("Zones", "build_zones"),
+    "zones.problem": ("Residuals", "ZoneProblem", "ZoneSolution", "residuals"),
+    "zones.system": ("zone_problem",),
 }
-# No module has the name of a function: importing it would put the module in its place.
-_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
-
-__all__ = ["__version__", "errors", *_MODULE_OF]
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 
 
-def __getattr__(name):
-    if name == "errors":
-        return import_module("izo_ref.errors")
+def __getattr__(name: str) -> Any:
     if name not in _MODULE_OF:
         raise AttributeError(f"module 'izo_ref' has no attribute {name!r}")
-    value = getattr(import_module(f"izo_ref.{_MODULE_OF[name]}"), name)
+    module = import_module(f"izo_ref.{_MODULE_OF[name]}")
+    value = import_module("izo_ref.base.errors") if name == "errors" else getattr(module, name)
     globals()[name] = value
     return value
 
 
-def __dir__():
+def __dir__() -> list[str]:
     return sorted({*globals(), *__all__})

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from izo_ref import checks
-from izo_ref.devices import is_on_gpu, on_processor, plain
-from izo_ref.errors import DegenerateFaceError, InitialIntersectionError, OptionError
-from izo_ref.intersections import intersecting_pairs
-from izo_ref.ranges import distinct
+from izo_ref.base import checks
+from izo_ref.base.devices import copy_to_cpu, detach, is_on_gpu
+from izo_ref.base.errors import DegenerateFaceError, InitialIntersectionError, OptionError
+from izo_ref.base.mesh import edges_of
+from izo_ref.detection.intersections import intersecting_pairs
 
 SHOWN = 5  # offenders named in a message
 
@@ -59,16 +59,16 @@ class Scene:
                 f"got {initial_intersections!r}"
             )
         arrays = {
-            "positions_t0": plain(positions_t0),
-            "positions_t1": plain(positions_t1),
+            "positions_t0": detach(positions_t0),
+            "positions_t1": detach(positions_t1),
             "faces": faces,
-            "masses": plain(masses),
+            "masses": detach(masses),
             "pinned": pinned,
         }
         points = ("positions_t0", "positions_t1")
         self.on_gpu = {k: (arrays[k], None) for k in points if is_on_gpu(arrays[k])}
         positions_t0, positions_t1, faces, masses, pinned = (
-            on_processor(name, array) for name, array in arrays.items()
+            copy_to_cpu(name, array) for name, array in arrays.items()
         )
         self.positions_t0 = checks.floats("positions_t0", positions_t0, (None, 3))
         n = len(self.positions_t0)
@@ -92,14 +92,6 @@ class Scene:
             "leave these pairs out.",
             pairs,
         )
-
-
-def edges_of(faces):
-    """(k, 2) i4, each edge of the faces once, lower index first, sorted."""
-    a, b = faces.T.ravel(), faces[:, [1, 2, 0]].T.ravel()
-    # both in one number: rows take thirty times as long to sort
-    keys = distinct(np.minimum(a, b).astype(np.int64) << 32 | np.maximum(a, b))
-    return np.column_stack((keys >> 32, keys & 0xFFFFFFFF)).astype(np.int32)
 
 
 def _distinct_corners(faces):

@@ -1,15 +1,9 @@
-"""Fixtures, seeds, and where the shared step files are."""
-
-import os
+"""Command-line options, marks and fixtures."""
 
 import numpy as np
 import pytest
 
-from validation.study import steps
-
-DATA = steps.FOLDER
-load, load_step, peers = steps.load, steps.load_step, steps.peers
-SEED = int(os.environ.get("IZO_SEED", "20240607"))
+from tests.helpers.steps import DATA, SEED
 
 
 def pytest_addoption(parser):

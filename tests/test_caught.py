@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.cpu.advance import certain_meetings
-from izo_ref.serial.tree import box_of, meeting_lanes
-from tests.shapes import two_sheets, vertex_over_face
+from izo_ref.certificate.cpu.meetings import certain_meetings
+from izo_ref.detection.serial.tree import box_of, meeting_lanes
+from tests.helpers.shapes import two_sheets, vertex_over_face
 from validation.oracles.rational import ExactZone, active_rows
 
 AXES_AND_SIDES = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
@@ -54,7 +54,7 @@ def test_pairs_left_out_are_left_out_everywhere(shift, turn, order):
     end[3:] += shift
     order = np.array(order)
     faces = np.argsort(order)[[np.roll([0, 1, 2], turn), np.roll([3, 4, 5], turn)]]
-    with pytest.raises(izo_ref.errors.InitialIntersectionError):
+    with pytest.raises(izo_ref.base.errors.InitialIntersectionError):
         izo_ref.Scene(start[order], end[order], faces)
     scene = izo_ref.Scene(start[order], end[order], faces, initial_intersections="exclude")
     assert len(izo_ref.find_impacts(scene).toi) == 0
@@ -71,7 +71,7 @@ def test_pairs_left_out_are_left_out_everywhere(shift, turn, order):
 def test_a_start_that_crosses_by_less_than_rounding_is_refused(height):
     """The corner is not in the face, but its edges go through: no sign of floats is certain."""
     start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, height], [0, 0, 1], [1, 0, 1]])
-    with pytest.raises(izo_ref.errors.InitialIntersectionError):
+    with pytest.raises(izo_ref.base.errors.InitialIntersectionError):
         izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref import errors
-from tests.shapes import grid
+from izo_ref.base import errors
+from tests.helpers.shapes import grid
 
 START = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
 FACES = np.array([[0, 1, 2], [0, 1, 3]])

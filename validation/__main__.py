@@ -4,9 +4,9 @@ import argparse
 import sys
 from pathlib import Path
 
-from izo_ref.errors import IzoError
-from izo_ref.io import check_writable, replacing, save_json
-from izo_ref.problem import ZoneProblem
+from izo_ref.app.files import check_writable, replacing, save_json
+from izo_ref.base.errors import IzoError
+from izo_ref.zones.problem import ZoneProblem
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
 REPORTS = Path("reports")
@@ -109,6 +109,16 @@ def _mutants(args):
         mutants_report(args.output / "mutants.md", title, rows)
         print(args.output / "mutants.md")
     return PASSED if all(row["caught"] for row in rows) else FAILED
+
+
+def _house(args):
+    from validation import house
+
+    print(house.picture(), house.summary(), sep="\n\n")
+    if args.write:
+        readme = house.ROOT / "README.md"
+        readme.write_text(house.with_picture(readme.read_text()))
+    return PASSED
 
 
 def _report(args):
@@ -228,6 +238,11 @@ def _parser():
     sub.add_argument("--only", choices=parts)
     sub.add_argument("--pages-only", action="store_true", help="measure nothing")
     sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+
+    text = "the floors of the package, from its imports, and the sizes of its files and functions"
+    sub = commands.add_parser("house", help=text, description=text)
+    sub.set_defaults(run=_house)
+    sub.add_argument("--write", action="store_true", help="draw the floors in README.md again")
 
     text = "error against run time: measures what is missing, writes index.html and its pages"
     sub = commands.add_parser("report", help=text, description=text)

@@ -9,14 +9,14 @@ import time
 
 import numpy as np
 
-from izo_ref import checks
-from izo_ref.certify import certify_path
-from izo_ref.errors import FileFormatError
-from izo_ref.io import SavedResult, load_result, load_scene
-from izo_ref.options import Options
-from izo_ref.resolving import resolve
-from izo_ref.summary import pairs_summary
-from izo_ref.types import Pairs
+from izo_ref.app.files import SavedResult, load_result, load_scene
+from izo_ref.app.summary import pairs_summary
+from izo_ref.base import checks
+from izo_ref.base.errors import FileFormatError
+from izo_ref.base.options import Options
+from izo_ref.base.records import Pairs
+from izo_ref.certificate.certify import certify_path
+from izo_ref.loop.resolve import resolve
 from validation import judge
 
 

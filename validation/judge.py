@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.certify import certify_path
-from izo_ref.distance import distance_bound
-from izo_ref.options import Options
-from izo_ref.problem import residuals
-from izo_ref.step import objective
-from izo_ref.zones import build_zones, zone_problem
+from izo_ref.base.options import Options
+from izo_ref.certificate.certify import certify_path
+from izo_ref.zones.distance import distance_bound
+from izo_ref.zones.grouping import build_zones
+from izo_ref.zones.objective import objective
+from izo_ref.zones.problem import residuals
+from izo_ref.zones.system import zone_problem
 from validation.oracles import fcl, ipc, nnls, qp, slsqp
 from validation.oracles import path as exact_path
 from validation.oracles.answer import mass_norm

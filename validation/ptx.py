@@ -15,11 +15,11 @@ from types import SimpleNamespace
 from typing import NamedTuple
 from unittest.mock import patch
 
-import izo_ref.cuda
-from izo_ref.cuda._jit import Kernel
-from izo_ref.serial.descent import Settings
-from izo_ref.serial.small_zone import Limits
-from izo_ref.serial.tree import Tree
+import izo_ref
+from izo_ref.base.cuda.compile import Kernel
+from izo_ref.detection.serial.tree import Tree
+from izo_ref.solvers.serial.descent import Settings
+from izo_ref.solvers.serial.small_zone import Limits
 
 CAPABILITIES = ((8, 0), (9, 0), (10, 0))
 DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": "int8"} | {
@@ -31,9 +31,9 @@ DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": 
 RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}
 # Kernels with a stack frame, and why.
 FRAMES = {
-    "lagrangian.solve_lagrangian_by_grid": "its waits of all blocks are calls into the runtime of "
-    "the device, and what is kept over a call is more than there are registers for; what that "
-    "costs is not measured yet",
+    "solvers.lagrangian.solve_lagrangian_by_grid": "its waits for all blocks are calls into the "
+    "runtime of the device, and more values are kept over a call than there are registers; "
+    "the cost is not measured yet",
 }
 # A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
 PARAMETER = re.compile(r"^    (\w+),  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
@@ -51,12 +51,14 @@ class Built(NamedTuple):
 
 
 def kernels() -> Iterator[tuple[str, Kernel]]:
-    """Name, as `tree.vertex_boxes`, and kernel."""
-    for path in sorted(Path(izo_ref.cuda.__file__).parent.glob("[a-z]*.py")):
-        module = import_module(f"izo_ref.cuda.{path.stem}")
+    """Name, as `detection.tree.path_boxes`, and kernel."""
+    package = Path(izo_ref.__file__).parent
+    for path in sorted(package.glob("*/cuda/[a-z]*.py")):
+        stage = path.parts[-3]
+        module = import_module(f"izo_ref.{stage}.cuda.{path.stem}")
         for name, thing in vars(module).items():
             if isinstance(thing, Kernel) and thing.function.__module__ == module.__name__:
-                yield f"{path.stem}.{name}", thing
+                yield f"{stage}.{path.stem}.{name}", thing
 
 
 def signatures(kernel) -> dict[str, tuple]:

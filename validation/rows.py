@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from izo_ref.io import replacing
+from izo_ref.app.files import replacing
 
 OUTCOMES = ("converged", "not converged", "failed")
 RUNS = "runs"

@@ -1,4 +1,4 @@
-"""Run by tests/test_simulator.py, in a process in which kernels run in Python."""
+"""Run by tests/cuda/test_simulator.py, in a process in which kernels run in Python."""
 
 import os
 

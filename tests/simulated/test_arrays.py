@@ -6,11 +6,12 @@ import types
 import numpy as np
 import pytest
 
-from izo_ref.cuda import _jit
-from izo_ref.cuda import arrays as kernels
-from izo_ref.cuda.arrays import LARGEST, LEAST, SUM
-from izo_ref.errors import DeviceMemoryError
-from izo_ref.gpu import arrays, interop
+from izo_ref.base import gpu_arrays as arrays
+from izo_ref.base import gpu_interop as interop
+from izo_ref.base.cuda import arrays as kernels
+from izo_ref.base.cuda import compile as _jit
+from izo_ref.base.cuda.arrays import LARGEST, LEAST, SUM
+from izo_ref.base.errors import DeviceMemoryError
 
 THREADS, ITEMS = 4, 2
 TILE = THREADS * ITEMS

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.broad import vertex_boxes
-from izo_ref.gpu import arrays, detect
-from izo_ref.types import Pairs
-from tests.shapes import two_sheets, vertex_over_face
+from izo_ref.base import gpu_arrays as arrays
+from izo_ref.base.records import Pairs
+from izo_ref.detection import gpu_detector as detect
+from izo_ref.detection.trees import vertex_boxes
+from tests.helpers.shapes import two_sheets, vertex_over_face
 
 
 def scenes(rng):

@@ -7,11 +7,12 @@ import pytest
 from numba import cuda
 
 import izo_ref
-from izo_ref.devices import is_on_gpu
-from izo_ref.errors import NonFiniteError, ShapeError
-from izo_ref.gpu import arrays, interop
-from izo_ref.gpu.interop import Described, viewed
-from tests.shapes import two_sheets
+from izo_ref.base import gpu_arrays as arrays
+from izo_ref.base import gpu_interop as interop
+from izo_ref.base.devices import is_on_gpu
+from izo_ref.base.errors import NonFiniteError, ShapeError
+from izo_ref.base.gpu_interop import Described, viewed
+from tests.helpers.shapes import two_sheets
 
 
 def arguments(scene, send=cuda.to_device):
@@ -37,9 +38,10 @@ def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
 def test_positions_are_read_where_they_are(rng, monkeypatch):
     scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
     sent, send = [], arrays.on_device
-    for module in ("arrays", "step", "detect"):
+    modules = "base.gpu_arrays", "loop.gpu_step", "detection.gpu_detector"
+    for module in modules:
         monkeypatch.setattr(
-            f"izo_ref.gpu.{module}.on_device", lambda a: sent.append(a.shape) or send(a)
+            f"izo_ref.{module}.on_device", lambda a: sent.append(a.shape) or send(a)
         )
     izo_ref.resolve(scene, 1e-3, "cuda")
     assert sent

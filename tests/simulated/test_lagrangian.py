@@ -6,16 +6,16 @@ from numba import cuda
 
 import izo_ref
 from izo_ref import Options
-from izo_ref.cuda import lagrangian as kernels
-from izo_ref.cuda import team
-from izo_ref.errors import DeviceUnavailable
-from izo_ref.gpu import lagrangian
-from izo_ref.methods import METHODS, PRESETS
-from izo_ref.serial.team import team_maxima, team_sum, team_sums
-from izo_ref.solve import solve_system
-from izo_ref.zones import problem_system
-from tests.shapes import random_problem
-from tests.simulated.grids import blocks_together
+from izo_ref.base.cuda import thread_group as team
+from izo_ref.base.errors import DeviceUnavailableError
+from izo_ref.base.serial.thread_group import team_maxima, team_sum, team_sums
+from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
+from izo_ref.solvers.cuda import lagrangian as kernels
+from izo_ref.solvers.presets import METHODS, PRESETS
+from izo_ref.solvers.solve import solve_system
+from izo_ref.zones.system import problem_system
+from tests.helpers.grids import blocks_together
+from tests.helpers.shapes import random_problem
 
 # compiled, x / 0 is inf without a word
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
@@ -91,7 +91,7 @@ def test_large_zones_by_several_blocks_are_those_of_the_processor(
 ):
     blocks_of(monkeypatch, 2, 2)
     monkeypatch.setattr(lagrangian, "LARGE", 1)
-    monkeypatch.setattr(lagrangian, "blocks_at_once", lambda: n_blocks)
+    monkeypatch.setattr(lagrangian, "count_resident_blocks", lambda: n_blocks)
     problems = [random_problem(rng, n, mass_ratio=1e3) for n in (3, 1, 2)]
     options = Options(method=method, max_steps=8)
     system, _ = problem_system(problems)
@@ -131,5 +131,5 @@ def test_the_default_of_the_device(rng, monkeypatch):
 
 
 def test_methods_of_the_processor_are_named(rng):
-    with pytest.raises(DeviceUnavailable, match="'interior-point' is of the processor"):
+    with pytest.raises(DeviceUnavailableError, match="'interior-point' is of the processor"):
         izo_ref.solve_zone(random_problem(rng, 2), "interior-point", device="cuda")

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref import Options, Status, devices
-from izo_ref.gpu import lagrangian, solve
-from izo_ref.methods import PRESETS
-from izo_ref.options import LAGRANGIAN
-from tests.shapes import grid, two_sheets, vertex_over_face
+from izo_ref import Options, Status
+from izo_ref.base import devices
+from izo_ref.base.options import LAGRANGIAN
+from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
+from izo_ref.solvers import gpu_solve as solve
+from izo_ref.solvers.presets import GPU_METHOD, PRESETS
+from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
@@ -122,7 +124,7 @@ def test_a_spent_budget(rng):
 def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(lagrangian, "MANY", 3)
-    monkeypatch.setitem(lagrangian.NEWTON, "max_steps", 1)
+    monkeypatch.setitem(GPU_METHOD, "max_steps", 1)
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")

@@ -4,8 +4,8 @@ import subprocess
 
 import pytest
 
-from izo_ref.gpu import lagrangian
-from tests.shapes import random_problem, vertex_over_face
+from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
+from tests.helpers.shapes import random_problem, vertex_over_face
 from validation.__main__ import _parser
 from validation.report.cuda import cuda_report
 from validation.rows import read

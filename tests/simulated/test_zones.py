@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from izo_ref import selection, zones
-from izo_ref.gpu.arrays import on_device, on_host
-from izo_ref.gpu.selection import select_impacts
-from izo_ref.gpu.zones import build_zones
-from izo_ref.types import Impacts
+from izo_ref.base.gpu_arrays import on_device, on_host
+from izo_ref.base.records import Impacts
+from izo_ref.zones import grouping as zones
+from izo_ref.zones import selection
+from izo_ref.zones.gpu_grouping import build_zones
+from izo_ref.zones.gpu_selection import select_impacts
 
 
 class Scene:

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.io import SavedResult, save_result, save_scene
-from tests.shapes import grid, two_sheets, vertex_over_face
+from izo_ref.app.files import SavedResult, save_result, save_scene
+from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from validation.__main__ import main
 from validation.check import check
 from validation.oracles import ipc

@@ -1,6 +1,6 @@
 import pytest
 
-from tests.conftest import DATA
+from tests.helpers.steps import DATA
 from validation.__main__ import main
 from validation.oracles import ipc
 from validation.report.tables import table, text

@@ -3,11 +3,11 @@ import re
 import numpy as np
 import pytest
 
-from izo_ref.exact import simplices_meet
-from izo_ref.intersections import intersecting_pairs
-from izo_ref.scene import edges_of
-from tests.conftest import load
-from tests.shapes import grid
+from izo_ref.base.exact import simplices_meet
+from izo_ref.base.mesh import edges_of
+from izo_ref.detection.intersections import intersecting_pairs
+from tests.helpers.shapes import grid
+from tests.helpers.steps import load
 from validation.oracles.fcl import crossing_faces
 
 FACE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from flint import ctx, fmpz_poly
 
-from izo_ref.exact import simplices_meet
-from tests.conftest import load
+from izo_ref.base.exact import simplices_meet
+from tests.helpers.steps import load
 from tests.naive.closest import distance
 from validation.oracles.path import _real_roots, first_meeting, meets
 

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from tests.validation.pages import check_page, look, needs_browser
+from tests.helpers.pages import check_page, look, needs_browser
 from validation.__main__ import main
 from validation.report import outer as outer_page
 from validation.report import scaling as scaling_page

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.validation.pages import check_page, look, needs_browser
+from tests.helpers.pages import check_page, look, needs_browser
 from validation.report import plots, site
 
 RUN = {

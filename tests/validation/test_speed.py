@@ -5,8 +5,8 @@ import pytest
 
 import izo_ref
 from izo_ref import Options
-from izo_ref.options import RULES
-from tests.shapes import two_sheets
+from izo_ref.base.options import RULES
+from tests.helpers.shapes import two_sheets
 from validation.report.speed import speed_report
 from validation.rows import Rows
 from validation.study import speed

@@ -7,8 +7,8 @@ import pytest
 from flint import fmpq
 
 import izo_ref
+from tests.helpers.shapes import random_problem
 from tests.naive.qp import dense_rows, solve_qp
-from tests.shapes import random_problem
 from validation.oracles import nnls, qp, slsqp
 from validation.oracles.answer import scaled_zone
 from validation.oracles.rational import ExactZone, active_rows, to_float

@@ -2,23 +2,28 @@
 
 from validation.mutants.fault import CPU_SIMULATOR, ELSEWHERE, GPU_SIMULATOR, Fault
 
-CASES = "tests/test_detect.py::test_degenerate_cases"
-CONSTRUCTED = "tests/test_detect.py::test_no_exact_meeting_is_missed_and_no_time_comes_late"
-INTEGERS = "tests/test_detect.py::test_against_exact_arithmetic_on_small_integers"
-RANDOM = "tests/test_detect.py::test_against_exact_arithmetic_on_random_pairs"
-FRAMES = "tests/test_detect.py::test_frames_of_impacts"
-QUERIES = "tests/test_detect.py::test_no_query_is_missed_and_every_false_alarm_touches"
-ARMADILLO = "tests/test_detect.py::test_armadillo_rollers_gives_exactly_the_published_pairs"
-SIMULATOR = "tests/test_simulator.py"
-BROAD = "tests/test_broad.py"
-REACH = "tests/test_detect.py::test_a_reach_holds_for_every_end_within"
-FOLLOWS = "tests/test_detect.py::test_a_detector_that_follows_a_path_finds_what_a_new_one_finds"
+CASES = "tests/detection/test_detector.py::test_degenerate_cases"
+CONSTRUCTED = (
+    "tests/detection/test_detector.py::test_no_exact_meeting_is_missed_and_no_time_comes_late"
+)
+INTEGERS = "tests/detection/test_detector.py::test_against_exact_arithmetic_on_small_integers"
+RANDOM = "tests/detection/test_detector.py::test_against_exact_arithmetic_on_random_pairs"
+FRAMES = "tests/detection/test_detector.py::test_frames_of_impacts"
+QUERIES = "tests/detection/test_detector.py::test_no_query_is_missed_and_every_false_alarm_touches"
+ARMADILLO = (
+    "tests/detection/test_detector.py::test_armadillo_rollers_gives_exactly_the_published_pairs"
+)
+SIMULATOR = "tests/cuda/test_simulator.py"
+BROAD = "tests/detection/test_trees.py"
+REACH = "tests/detection/test_detector.py::test_a_reach_holds_for_every_end_within"
+DETECTOR = "tests/detection/test_detector.py"
+FOLLOWS = f"{DETECTOR}::test_a_detector_that_follows_a_path_finds_what_a_new_one_finds"
 CAUGHT = "tests/test_caught.py"
 
 DETECTION = [
     Fault(
         "degenerate-cubic-without-root",
-        "izo_ref/scalar/coplanar.py",
+        "izo_ref/detection/formulas/coplanar.py",
         "    low = t\n    _, rest = split(c, low)\n",
         "    if c[3] - 3.0 * c[2] + 3.0 * c[1] - c[0] == 0.0:\n        return 2.0\n"
         "    low = t\n    _, rest = split(c, low)\n",
@@ -28,7 +33,7 @@ DETECTION = [
     ),
     Fault(
         "linear-cubic-with-wrong-root",
-        "izo_ref/scalar/coplanar.py",
+        "izo_ref/detection/formulas/coplanar.py",
         "        return x0 + (x1 - x0) * (y0 / (y0 - y1))\n",
         "        return x0 + (x1 - x0) * (y0 / (y0 + y1))\n",
         "where the cubic is nearly straight its root is computed with a wrong sign",
@@ -37,7 +42,7 @@ DETECTION = [
     ),
     Fault(
         "absolute-gap-tolerance",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "    gap_error = GAP_ERROR * max(m1, max(m2, m3))\n",
         "    gap_error = 1e-6\n",
         "pairs closer than 1e-6 m meet, whatever their size",
@@ -46,7 +51,7 @@ DETECTION = [
     ),
     Fault(
         "coplanar-at-the-start-skipped",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n",
         "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n"
         "    if cubic[0] == 0.0:\n        return APART, 1.0, (0.0, 0.0, 0.0), 1\n",
@@ -56,7 +61,7 @@ DETECTION = [
     ),
     Fault(
         "half-open-step",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "        until -= MIN_STEP\n",
         "        until -= MIN_STEP\n        if until > 1.0 - 1e-9:\n"
         "            return APART, 1.0, direction, step\n",
@@ -65,7 +70,7 @@ DETECTION = [
     ),
     Fault(
         "no-gap-error",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "GAP_ERROR = 48.0 * 2.0**-53\n",
         "GAP_ERROR = 0.0\n",
         "the rounding of projections is not bounded",
@@ -73,7 +78,7 @@ DETECTION = [
     ),
     Fault(
         "no-coefficient-error",
-        "izo_ref/scalar/coplanar.py",
+        "izo_ref/detection/formulas/coplanar.py",
         "COEFFICIENT_ERROR = 192.0 * 2.0**-53\n",
         "COEFFICIENT_ERROR = 0.0\n",
         "the rounding of the cubic's coefficients is not bounded",
@@ -81,7 +86,7 @@ DETECTION = [
     ),
     Fault(
         "spent-depth-is-apart",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "    return UNDECIDED, t, direction, max_steps\n",
         "    return APART, 1.0, direction, max_steps\n",
         "a pair that the largest number of steps does not settle counts as apart",
@@ -89,7 +94,7 @@ DETECTION = [
     ),
     Fault(
         "shallow-depth",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "MAX_STEPS = 400\n",
         "MAX_STEPS = 8\n",
         "eight proofs a pair, then it counts as an impact at the time reached",
@@ -97,7 +102,7 @@ DETECTION = [
     ),
     Fault(
         "parallel-edges-by-their-ends",
-        "izo_ref/scalar/closest.py",
+        "izo_ref/detection/formulas/closest.py",
         "    s = _clamp01((b * f - c * e) / (a * e - b * b))\n",
         "    if a * e - b * b <= 1e-12 * a * e:\n        return (1.0, 0.0, -1.0, 0.0)\n"
         "    s = _clamp01((b * f - c * e) / (a * e - b * b))\n",
@@ -106,7 +111,7 @@ DETECTION = [
     ),
     Fault(
         "axis-test-with-wrong-end",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "        low_t1 = min(r2 - e2, r3 - e3) - max(e0, r1 + e1)\n",
         "        low_t1 = min(r2 - e2, r3 - e3) - min(e0, r1 + e1)\n",
         "the first test of two edges along an axis takes the wrong end at t = 1",
@@ -114,7 +119,7 @@ DETECTION = [
     ),
     Fault(
         "diagonal-of-one-end",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "        b3[i] - b3[j],\n",
         "        a3[i] - a3[j],\n",
         "the test along a diagonal takes the last node where it was at the start",
@@ -122,7 +127,7 @@ DETECTION = [
     ),
     Fault(
         "sign-of-the-cubic-at-its-ends",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "    low = min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3]))\n",
         "    low = min(cubic[0], cubic[3])\n",
         "a cubic that is positive at both ends counts as positive in between",
@@ -130,7 +135,7 @@ DETECTION = [
     ),
     Fault(
         "wrong-sign-of-normal",
-        "izo_ref/scalar/frame.py",
+        "izo_ref/detection/formulas/frame.py",
         "    if gap_t0 < 0.0:\n",
         "    if gap_t0 > 0.0:\n",
         "normals point to the side on which the pair must not be",
@@ -139,15 +144,15 @@ DETECTION = [
     ),
     Fault(
         "frame-at-the-end-of-the-step",
-        "izo_ref/scalar/frame.py",
+        "izo_ref/detection/formulas/frame.py",
         "    q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)\n",
         "    q1, q2, q3 = lerp3(a1, b1, 1.0), lerp3(a2, b2, 1.0), lerp3(a3, b3, 1.0)\n",
         "weights and normals are those at t = 1, not those at the time of impact",
-        (FRAMES, "tests/test_detect.py::test_every_impact_has_a_sound_frame"),
+        (FRAMES, "tests/detection/test_detector.py::test_every_impact_has_a_sound_frame"),
     ),
     Fault(
         "reach-of-one-side",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "        t12 = _gap_until(s1 - s2, r1 - r2 - size * (reach[1] + reach[2]), t, threshold)\n",
         "        t12 = _gap_until(s1 - s2, r1 - r2 - size * reach[2], t, threshold)\n",
         "a gap at the end is not less by what one of its two nodes may still move",
@@ -155,7 +160,7 @@ DETECTION = [
     ),
     Fault(
         "reach-along-one-axis",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "    size = sum_abs3(n)\n",
         "    size = max_abs3(n)\n",
         "the reach of a node is taken along the largest axis only",
@@ -163,7 +168,7 @@ DETECTION = [
     ),
     Fault(
         "reach-forgotten-by-the-cubic",
-        "izo_ref/scalar/advance.py",
+        "izo_ref/detection/formulas/advance.py",
         "    cubic_error += REACH_ERROR *",
         "    cubic_error += 0.0 *",
         "a pair that is never coplanar counts as apart wherever its nodes may still move",
@@ -171,23 +176,23 @@ DETECTION = [
     ),
     Fault(
         "reach-not-in-the-boxes",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "            self._centres + reach,\n",
         "            self._centres,\n",
         "boxes hold where vertices are, not how far they may get on one side",
-        ("tests/test_detect.py::test_what_meets_within_its_reach_is_found",),
+        ("tests/detection/test_detector.py::test_what_meets_within_its_reach_is_found",),
     ),
     Fault(
         "reach-never-left",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        left = _largest(positions_t1 - self._centres) > self._reach\n",
         "        left = _largest(positions_t1 - self._seen) > self._reach\n",
         "a vertex that creeps away in small steps is never looked for anew",
-        ("tests/test_detect.py::test_what_meets_within_its_reach_is_found",),
+        ("tests/detection/test_detector.py::test_what_meets_within_its_reach_is_found",),
     ),
     Fault(
         "near-pairs-kept-for-ever",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        self._near = np.concatenate((self._near[~old], pairs))\n",
         "        self._near = np.concatenate((self._near, pairs))\n",
         "near pairs of a vertex that moved on stay beside its new ones",
@@ -195,7 +200,7 @@ DETECTION = [
     ),
     Fault(
         "old-impacts-kept",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        still = ~moved[self.impacts.nodes].any(axis=1)\n",
         "        still = ~moved[self.impacts.nodes].all(axis=1)\n",
         "an impact is kept as it was as long as one of its vertices did not move",
@@ -203,23 +208,25 @@ DETECTION = [
     ),
     Fault(
         "part-at-rest-never-woken",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        return bool((self._far & ~far).any())\n",
         "        return False\n",
         "a part that was out of reach at first is left out for good",
-        ("tests/test_detect.py::test_a_part_at_rest_is_found_once_something_gets_there",),
+        (
+            "tests/detection/test_detector.py::test_a_part_at_rest_is_found_once_something_gets_there",
+        ),
     ),
     Fault(
         "parts-by-their-start",
-        "izo_ref/parts.py",
+        "izo_ref/detection/components.py",
         "        low, high = np.minimum(low_t0, low_t1), np.maximum(high_t0, high_t1)\n",
         "        low, high = low_t0, high_t0\n",
         "whether a moving part reaches one at rest is told by where it starts",
-        ("tests/test_plan.py::test_parts", FOLLOWS),
+        ("tests/loop/test_plan.py::test_parts", FOLLOWS),
     ),
     Fault(
         "boxes-of-the-end-only",
-        "izo_ref/serial/tree.py",
+        "izo_ref/detection/serial/tree.py",
         "            ((box[3] < blocks[block, 0, k]) & (box[9] < blocks[block, 6, k]))\n",
         "            (box[9] < blocks[block, 6, k])\n",
         "boxes that are apart at the end of the path, along the first axis, count as apart",
@@ -227,7 +234,7 @@ DETECTION = [
     ),
     Fault(
         "touching-boxes-apart",
-        "izo_ref/serial/tree.py",
+        "izo_ref/detection/serial/tree.py",
         "(box[3] < blocks[block, 0, k])",
         "(box[3] <= blocks[block, 0, k])",
         "boxes that only touch along the first axis do not meet",
@@ -235,7 +242,7 @@ DETECTION = [
     ),
     Fault(
         "boxes-rounded-each-their-way",
-        "izo_ref/serial/boxes.py",
+        "izo_ref/detection/serial/boxes.py",
         "        boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)\n",
         "        boxes_out[i, axis + 6] = 0.999999 * min(max(c, -LARGEST_F4), LARGEST_F4)\n",
         "maxima are rounded down more than minima are: the order of coordinates is lost",
@@ -244,7 +251,7 @@ DETECTION = [
     ),
     Fault(
         "levels-share-what-is-left",
-        "izo_ref/serial/tree.py",
+        "izo_ref/detection/serial/tree.py",
         "        shift = 8 * (level - 1)  # levels",
         "        shift = 0 * (level - 1)  # levels",
         "what is left to enter of a level of a tree is forgotten below it",
@@ -252,7 +259,7 @@ DETECTION = [
     ),
     Fault(
         "sums-of-a-block-alone",
-        "izo_ref/cuda/arrays.py",
+        "izo_ref/base/cuda/arrays.py",
         "starts_out[i + 1] += before[i // TILE]",
         "starts_out[i + 1] += 0 * before[i // TILE]",
         "on the device each block of threads writes as if it were the first",
@@ -260,7 +267,7 @@ DETECTION = [
     ),
     Fault(
         "parents-of-what-moved-alone",
-        "izo_ref/cuda/tree.py",
+        "izo_ref/detection/cuda/tree.py",
         "parent_block(parent, first, end, True, tree.lanes, tree.blocks)",
         "parent_block(parent, first, end, False, tree.lanes, tree.blocks)",
         "on a GPU what rests has no boxes above its own, so that nothing meets it",
@@ -268,7 +275,7 @@ DETECTION = [
     ),
     Fault(
         "equal-keys-change-places",
-        "izo_ref/cuda/arrays.py",
+        "izo_ref/base/cuda/arrays.py",
         "if keys[middle] < key or (beside < run and keys[middle] == key):",
         "if keys[middle] < key or (beside > run and keys[middle] == key):",
         "on the device an order is not stable",
@@ -276,7 +283,7 @@ DETECTION = [
     ),
     Fault(
         "excluded-pairs-kept-on-the-device",
-        "izo_ref/cuda/paths.py",
+        "izo_ref/detection/cuda/paths.py",
         "kept_out[i] = moves and not is_among(keys[i], excluded)",
         "kept_out[i] = moves",
         "a GPU finds the pairs that are to be left out",
@@ -284,7 +291,7 @@ DETECTION = [
     ),
     Fault(
         "no-room-after-the-first-batch",
-        "izo_ref/gpu/detect.py",
+        "izo_ref/detection/gpu_detector.py",
         "batch = pairs[begin : begin + BATCH]",
         "batch = pairs[:BATCH]",
         "on the device the first pairs are looked at again and again, others never",
@@ -292,7 +299,7 @@ DETECTION = [
     ),
     Fault(
         "last-of-each-block-dropped",
-        "izo_ref/serial/boxes.py",
+        "izo_ref/detection/serial/boxes.py",
         "    for lane in range(min(WIDTH, end - first - WIDTH * parent)):\n",
         "    for lane in range(min(WIDTH - 1, end - first - WIDTH * parent)):\n",
         "what is below the last lane of each full block of a tree is never a candidate",
@@ -301,7 +308,7 @@ DETECTION = [
     ),
     Fault(
         "own-block-skipped",
-        "izo_ref/serial/tree.py",
+        "izo_ref/detection/serial/tree.py",
         "            mask &= ALL_LANES << (above & 7)\n",
         "            mask &= ALL_LANES << ((above & 7) + 1)\n",
         "edges that are neighbours in the tree are never compared with each other",
@@ -309,7 +316,7 @@ DETECTION = [
     ),
     Fault(
         "moved-leaves-of-still-queries",
-        "izo_ref/serial/tree.py",
+        "izo_ref/detection/serial/tree.py",
         "        if not (query_lanes >> lane) & 1:\n            mask &= leaf_lanes\n",
         "        if not (query_lanes >> lane) & 1:\n            continue\n",
         "a query that did not move is not looked at, also where a leaf did",
@@ -317,7 +324,7 @@ DETECTION = [
     ),
     Fault(
         "contacts-beyond-capacity-dropped",
-        "izo_ref/broad.py",
+        "izo_ref/detection/trees.py",
         "    if full.any():\n",
         "    if False:\n",
         "what was found beyond the room for it is dropped without a word",
@@ -326,7 +333,7 @@ DETECTION = [
     ),
     Fault(
         "one-impact-a-vertex",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n"
         "        order = order[np.unique(keys[order] >> 32, return_index=True)[1]]\n",
@@ -336,16 +343,16 @@ DETECTION = [
     ),
     Fault(
         "order-as-found",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.arange(len(keys))\n",
         "impacts come in the order in which trees or threads found them",
-        ("tests/test_detect.py",),
+        ("tests/detection/test_detector.py",),
         ELSEWHERE,
     ),
     Fault(
         "pairs-with-a-node-at-rest-skipped",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "            order = order[moving[nodes[order]].any(axis=1)]\n",
         "            order = order[moving[nodes[order]].all(axis=1)]\n",
         "pairs with a node at rest are skipped, as if all were",
@@ -353,7 +360,7 @@ DETECTION = [
     ),
     Fault(
         "excluded-pairs-not-excluded",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "            order = order[np.array([key not in self._excluded for key in named], bool)]\n",
         "            order = order[np.array([key is not None for key in named], bool)]\n",
         "pairs that intersect at the start are looked at although they were left out",
@@ -361,7 +368,7 @@ DETECTION = [
     ),
     Fault(
         "excluded-pairs-by-order-of-corners",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "    nodes[~ee, 1:] = np.sort(nodes[~ee, 1:], axis=1)\n",
         "",
         "an excluded pair is known again only if its corners come in the same order",
@@ -369,7 +376,7 @@ DETECTION = [
     ),
     Fault(
         "coplanar-edge-and-face-apart",
-        "izo_ref/scalar/crossing.py",
+        "izo_ref/detection/formulas/crossing.py",
         "    if side_p * side_q > 0:\n",
         "    if side_p * side_q >= 0:\n",
         "at the start, an edge with an end in the plane of a face counts as apart from it",

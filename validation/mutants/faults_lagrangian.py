@@ -2,15 +2,15 @@
 
 from validation.mutants.fault import ELSEWHERE, Fault
 
-DIRECTIONS = "tests/test_directions.py"
-SEARCHES = "tests/test_line_search.py"
-METHODS = "tests/test_methods.py"
-LOOP = "tests/test_descent.py"
+DIRECTIONS = "tests/solvers/test_directions.py"
+SEARCHES = "tests/solvers/test_line_search.py"
+METHODS = "tests/solvers/test_presets.py"
+LOOP = "tests/solvers/test_augmented_lagrangian.py"
 
 LAGRANGIAN = [
     Fault(
         "wolfe-slope-in-between",
-        "izo_ref/serial/line_search.py",
+        "izo_ref/solvers/serial/line_search.py",
         "            if not too_far and rise >= -wanted:\n",
         "            between = along_line(zone, penalty, slope, curvature, 0.3 * step)[1]\n"
         "            if exact and not too_far and rise >= -wanted:\n"
@@ -22,7 +22,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "newton-with-all-rows",
-        "izo_ref/serial/directions/newton.py",
+        "izo_ref/solvers/serial/directions/newton.py",
         "        if zone.pushed[j] > 0:\n",
         "        if zone.coefficients[j, 0] == zone.coefficients[j, 0]:\n",
         "the generalised Hessian takes rows that are not active",
@@ -30,48 +30,48 @@ LAGRANGIAN = [
     ),
     Fault(
         "no-wait-for-the-rows",
-        "izo_ref/serial/directions/newton.py",
+        "izo_ref/solvers/serial/directions/newton.py",
         "    team.wait()\n    for vertex",
         "    for vertex",
         "vertices gather from rows that other threads have not come to yet",
-        ("tests/test_simulator.py",),
+        ("tests/cuda/test_simulator.py",),
     ),
     Fault(
         "sums-of-the-first-warp",
-        "izo_ref/cuda/team.py",
+        "izo_ref/base/cuda/thread_group.py",
         "        for part in range(at, results, 3 * WARP):\n            a += shared[part]\n",
         "        for part in range(at, at + 3, 3 * WARP):\n            a += shared[part]\n",
         "of a block of more threads than a warp only the first ones are summed",
-        ("tests/test_simulator.py",),
+        ("tests/cuda/test_simulator.py",),
     ),
     Fault(
         "each-block-for-itself",
-        "izo_ref/cuda/team.py",
+        "izo_ref/base/cuda/thread_group.py",
         "    for k in range(cuda.threadIdx.x, cuda.gridDim.x, cuda.blockDim.x):\n"
         "        a += parts",
         "    for k in range(cuda.blockIdx.x, cuda.blockIdx.x + 1):\n        a += parts",
         "of a zone that all blocks solve each has the sums of its own threads",
-        ("tests/test_simulator.py",),
+        ("tests/cuda/test_simulator.py",),
     ),
     Fault(
         "couplings-of-one",
-        "izo_ref/cuda/variables.py",
+        "izo_ref/solvers/cuda/variables.py",
         "            largest = max(largest, row_sum)\n",
         "            largest = max(largest, 0.0 * row_sum)\n",
         "on a GPU penalties are those of zones whose rows share nothing",
-        ("tests/test_simulator.py",),
+        ("tests/cuda/test_simulator.py",),
     ),
     Fault(
         "ends-in-the-loops-order",
-        "izo_ref/gpu/step.py",
+        "izo_ref/loop/gpu_step.py",
         "kernels.put_rows[self._n](on_device(order), self.positions, moved_back)",
         "kernels.put_rows[self._n](on_device(np.sort(order)), self.positions, moved_back)",
         "positions on the GPU are returned in the order in which the loop had them",
-        ("tests/test_simulator.py",),
+        ("tests/cuda/test_simulator.py",),
     ),
     Fault(
         "lbfgs-oldest-pair-first",
-        "izo_ref/serial/directions/lbfgs.py",
+        "izo_ref/solvers/serial/directions/lbfgs.py",
         "    for pair in range(stored - 1, oldest - 1, -1):\n",
         "    for pair in range(oldest, stored):\n",
         "the first loop of the recursion goes from the oldest pair to the newest",
@@ -79,7 +79,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "omega-not-squared",
-        "izo_ref/serial/directions/chebyshev.py",
+        "izo_ref/solvers/serial/directions/chebyshev.py",
         "    return 4.0 / (4.0 - rho * rho * omega)\n",
         "    return 4.0 / (4.0 - rho * omega)\n",
         "Chebyshev's recursion takes rho where its square belongs",
@@ -87,7 +87,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "cg-keeps-the-gradient-of-old-multipliers",
-        "izo_ref/serial/descent.py",
+        "izo_ref/solvers/serial/descent.py",
         "            if learns and not idle:\n                learn(zone, settings)\n",
         "",
         "the change of the gradient is taken for the gradient: beta and pairs are wrong",
@@ -95,7 +95,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "stops-on-violation-alone",
-        "izo_ref/serial/descent.py",
+        "izo_ref/solvers/serial/descent.py",
         "    gap = 0.5 * found.error + found.products\n",
         "    gap = 0.0\n",
         "a zone whose rows hold counts as solved, however far from the optimum",
@@ -103,7 +103,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "trace-in-scaled-units",
-        "izo_ref/serial/descent.py",
+        "izo_ref/solvers/serial/descent.py",
         "                trace_out[iteration - 1, 0] = unit * found.objective\n",
         "                trace_out[iteration - 1, 0] = found.objective\n",
         "the trace has the objective as the scaled variables have it",
@@ -111,7 +111,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "preset-in-own-scaling",
-        "izo_ref/descent.py",
+        "izo_ref/solvers/augmented_lagrangian.py",
         "        scale = np.add.reduceat(1.0 / free_masses, begin) / per_vertex\n",
         "        scale = per_vertex / np.add.reduceat(free_masses, begin)\n",
         "a preset's objective is over the mean of the masses, not of their inverses",

@@ -2,18 +2,18 @@
 
 from validation.mutants.fault import CPU_SIMULATOR, Fault
 
-RESOLVE = "tests/test_resolve.py"
-CERTIFY = "tests/test_certify.py"
+RESOLVE = "tests/loop/test_resolve.py"
+CERTIFY = "tests/certificate/test_certify.py"
 CAUGHT = "tests/test_caught.py"
-BY_HAND = "tests/test_exact_path.py::test_by_hand"
-ROOTS = "tests/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
-EXACT = "tests/test_exact_path.py"
-BUDGET = "tests/test_resolve.py::test_a_spent_budget_ends_free_by_fallback"
+BY_HAND = "tests/certificate/test_exact_path.py::test_by_hand"
+ROOTS = "tests/certificate/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
+EXACT = "tests/certificate/test_exact_path.py"
+BUDGET = "tests/loop/test_resolve.py::test_a_spent_budget_ends_free_by_fallback"
 
 PATHS = [
     Fault(
         "pending-impacts-forgotten",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "        self.impacts = join_impacts((self.impacts.take(still), found)).take(order)\n",
         "        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)\n",
         "incremental detection forgets the impacts of vertices that did not move since",
@@ -21,15 +21,15 @@ PATHS = [
     ),
     Fault(
         "moved-along-all-axes",
-        "izo_ref/detect.py",
+        "izo_ref/detection/detector.py",
         "            moved = _differ(positions_t1, self._seen)\n",
         "            moved = (positions_t1 != self._seen).all(axis=1)\n",
         "incremental detection does not look again at what moved along an axis only",
-        ("tests/test_resolve.py::test_one_vertex_by_hand", RESOLVE),
+        ("tests/loop/test_resolve.py::test_one_vertex_by_hand", RESOLVE),
     ),
     Fault(
         "zones-with-new-impacts-not-solved-again",
-        "izo_ref/step.py",
+        "izo_ref/loop/cpu_step.py",
         "        changed = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
         " >= first_new\n",
         "        changed = np.minimum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
@@ -39,7 +39,7 @@ PATHS = [
     ),
     Fault(
         "relinearisation-accepts-an-increase",
-        "izo_ref/resolving.py",
+        "izo_ref/loop/resolve.py",
         "        if not loop.run(number, limit=best):\n",
         "        if not loop.run(number):\n",
         "a round of new normals is kept although it ends farther from the proposal",
@@ -47,7 +47,7 @@ PATHS = [
     ),
     Fault(
         "scaled-back-called-optimal",
-        "izo_ref/resolving.py",
+        "izo_ref/loop/resolve.py",
         "    valid = certificate.free and not scaled_back\n",
         "    valid = certificate.free\n",
         "a result that was scaled back may be called converged",
@@ -55,7 +55,7 @@ PATHS = [
     ),
     Fault(
         "status-without-certificate",
-        "izo_ref/resolving.py",
+        "izo_ref/loop/resolve.py",
         "    if not certificate.free:\n",
         "    if not (certificate.free or not scaled_back):\n",
         "a path that is not free is not called blocked",
@@ -64,7 +64,7 @@ PATHS = [
     ),
     Fault(
         "fallback-compounds-scales",
-        "izo_ref/fallback.py",
+        "izo_ref/loop/scale_back.py",
         "        step.positions = np.where(kept[:, None], step.positions,"
         " start + scale[:, None] * full)\n",
         "        step.positions = np.where(\n            kept[:, None], step.positions,"
@@ -74,7 +74,7 @@ PATHS = [
     ),
     Fault(
         "fallback-moves-what-was-not-scaled",
-        "izo_ref/fallback.py",
+        "izo_ref/loop/scale_back.py",
         "np.where(kept[:, None], step.positions, start + scale[:, None] * full)\n",
         "start + scale[:, None] * full\n",
         "scaling back moves pinned vertices by rounding",
@@ -82,7 +82,7 @@ PATHS = [
     ),
     Fault(
         "certified-by-what-moved",
-        "izo_ref/certify.py",
+        "izo_ref/certificate/certify.py",
         "    found = detector.find(positions)\n",
         "    found = detector.find(positions, (positions != scene.positions_t1).any(axis=1))\n",
         "the certificate looks only at vertices that the solver moved",
@@ -90,7 +90,7 @@ PATHS = [
     ),
     Fault(
         "open-pairs-called-apart",
-        "izo_ref/certify.py",
+        "izo_ref/certificate/certify.py",
         "        meets[i] = time is not None\n",
         "        meets[i] = False\n",
         "what floats cannot decide is called apart without exact arithmetic",
@@ -98,7 +98,7 @@ PATHS = [
     ),
     Fault(
         "open-pairs-called-meeting",
-        "izo_ref/certify.py",
+        "izo_ref/certificate/certify.py",
         "        meets[i] = time is not None\n",
         "        meets[i] = True\n",
         "what floats cannot decide is called meeting without exact arithmetic",
@@ -106,25 +106,30 @@ PATHS = [
     ),
     Fault(
         "no-bound-of-areas",
-        "izo_ref/scalar/meeting.py",
+        "izo_ref/certificate/formulas/meeting.py",
         "    bound12 = COEFFICIENT_ERROR * (m1 * m2) + TINY\n"
         "    bound23 = COEFFICIENT_ERROR * (m2 * m3) + TINY\n"
         "    bound31 = COEFFICIENT_ERROR * (m3 * m1) + TINY\n",
         "    bound12 = bound23 = bound31 = 0.0\n",
         "a contact is called certain although rounding could have made its side",
-        ("tests/test_exact_path.py::test_nothing_is_certain_of_pairs_that_touch_or_nearly_do",),
+        (
+            "tests/certificate/test_exact_path.py::test_nothing_is_certain_of_pairs_that_touch_or_nearly_do",
+        ),
     ),
     Fault(
         "edges-cross-by-one-side",
-        "izo_ref/scalar/meeting.py",
+        "izo_ref/certificate/formulas/meeting.py",
         "        return side_b * side_s == -1\n",
         "        return side_b != 0\n",
         "edges are certain to cross if the ends of one lie on both sides of the other",
-        (CAUGHT, "tests/test_exact_path.py::test_certain_meetings_are_true_and_few_are_left_open"),
+        (
+            CAUGHT,
+            "tests/certificate/test_exact_path.py::test_certain_meetings_are_true_and_few_are_left_open",
+        ),
     ),
     Fault(
         "root-at-one-lost",
-        "izo_ref/exact_path.py",
+        "izo_ref/certificate/exact_path.py",
         "    parts = [(0, 1, 1)]\n",
         "    parts = [(0, 2**60 - 1, 2**60)]\n",
         "exact arithmetic looks for roots in [0, 1): what meets at the end is lost",
@@ -132,7 +137,7 @@ PATHS = [
     ),
     Fault(
         "always-coplanar-is-apart",
-        "izo_ref/exact_path.py",
+        "izo_ref/certificate/exact_path.py",
         "        times = [AlgebraicTime([], 0, 0, 1)]\n"
         "        times += [time for p in deciding if p for time in roots_in_unit_interval(p)]\n",
         "        times = [] if deciding else []\n",
@@ -141,7 +146,7 @@ PATHS = [
     ),
     Fault(
         "always-coplanar-without-differences",
-        "izo_ref/exact_path.py",
+        "izo_ref/certificate/exact_path.py",
         "for vector in (*turns, *nodes) for p in vector] + differences\n",
         "for vector in (*turns, *nodes) for p in vector] + differences[:0]\n",
         "of edges in one plane, the times at which ends of different edges are level are left out",
@@ -149,7 +154,7 @@ PATHS = [
     ),
     Fault(
         "common-roots-not-recognised",
-        "izo_ref/exact_path.py",
+        "izo_ref/certificate/exact_path.py",
         "            if len(common) > 1:\n",
         "            if len(common) > 4:\n",
         "a sign that is zero at an algebraic time is looked for by halving",
@@ -158,7 +163,7 @@ PATHS = [
     ),
     Fault(
         "nearly-zero-is-zero",
-        "izo_ref/exact_path.py",
+        "izo_ref/certificate/exact_path.py",
         "            common = _common(time.polynomial, poly)\n",
         "            return 0\n            common = _common(time.polynomial, poly)\n",
         "a sign that is not certain on a narrow interval is called zero",
@@ -166,7 +171,7 @@ PATHS = [
     ),
     Fault(
         "meeting-time-rounded-up",
-        "izo_ref/exact_path.py",
+        "izo_ref/certificate/exact_path.py",
         "    number = Fraction(time.low, time.unit)\n",
         "    number = Fraction(time.high, time.unit)\n",
         "the time of a meeting may be given too late",
@@ -174,10 +179,10 @@ PATHS = [
     ),
     Fault(
         "hulls-meet-by-negative-weights",
-        "izo_ref/exact.py",
+        "izo_ref/base/exact.py",
         "            if solution is not None and min(solution) >= 0:\n",
         "            if solution is not None:\n",
         "hulls meet as soon as their affine spans do",
-        ("tests/test_exact.py",),
+        ("tests/base/test_exact.py",),
     ),
 ]

@@ -9,6 +9,7 @@ first run, because the compiled files, and so the code, are the same.
 
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -25,7 +26,7 @@ LEFT_OUT = shutil.ignore_patterns(
 )
 # It compares the list with the sources and so would notice every fault, for no merit.
 LIST_TEST = "tests/validation/test_mutants.py"
-COMPILED = ("izo_ref/scalar/", "izo_ref/serial/", "izo_ref/cpu/", "izo_ref/_jit.py")
+COMPILED = re.compile(r"izo_ref/(\w+/(formulas|serial|cpu)/|base/compile\.py)")
 WHOLE_SUITE_LIMIT_S = 3600.0
 PASSED, FAILED, INTERRUPTED = 0, 1, 2  # exit codes of pytest
 
@@ -99,7 +100,7 @@ class _Bench:
         if text.count(fault.old) != 1:
             raise RuntimeError(f"mutants: {fault.name}: its text is not once in {fault.file}")
         path.write_text(text.replace(fault.old, fault.new))
-        if self._warm.is_dir() and not fault.file.startswith(COMPILED):
+        if self._warm.is_dir() and not COMPILED.match(fault.file):
             shutil.copytree(self._warm, self._cache_folder(), dirs_exist_ok=True)
 
     def test(self, arguments, limit_s):
@@ -143,7 +144,7 @@ class _Bench:
 
     def _cache_folder(self):
         """Where the package in the copy keeps compiled code: named by its sources."""
-        code = "from izo_ref._jit import CACHE_FOLDER; print(CACHE_FOLDER)"
+        code = "from izo_ref.base.compile import CACHE_FOLDER; print(CACHE_FOLDER)"
         done = subprocess.run(
             [sys.executable, "-c", code],
             cwd=self.tree,

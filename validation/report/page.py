@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 
-from izo_ref.picture import draw
+from izo_ref.app.picture import draw
 
 GREY, RED = (170, 174, 180), (210, 30, 45)
 SIDES = ((235, 150, 40), (60, 120, 210))  # first and second side of a pair

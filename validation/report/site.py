@@ -6,7 +6,7 @@ import math
 import re
 from pathlib import Path
 
-from izo_ref.io import replacing
+from izo_ref.app.files import replacing
 from validation.report.tables import text
 
 PAGES = {

@@ -225,7 +225,7 @@ NOTES = """## What was tried and did not help
   that only on cloth-ball-clean.
 * A test without branches for shared vertices, and `forceinline` for the small vectors: nothing.
 * Reach without a bound (see `FAR_REACH`): what is near everything is looked at each time.
-* Large zones from their last solution (`pivoting.py`): solving takes 0.55 of the time on
+* Large zones from their last solution (`solvers/pivoting.py`): solving takes 0.55 of the time on
   armadillo-rollers, 0.59 on stack-6k, 0.63 on sheets-50k, 0.85 on sheets-10k (once each, one
   thread). On cloth-ball-clean it gains nothing: a fifth of its zones,
   with one redundant row of ten, have rows that change sides for ever, and the tries cost what

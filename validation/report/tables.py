@@ -7,7 +7,7 @@ import subprocess
 from importlib import metadata
 from pathlib import Path
 
-from izo_ref.io import replacing, save_json
+from izo_ref.app.files import replacing, save_json
 
 ROOT = Path(__file__).parent.parent.parent
 PACKAGES = (

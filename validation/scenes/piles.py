@@ -5,7 +5,7 @@ Each is drawn where all of its impacts hold, so it is feasible, and its targets 
 
 import numpy as np
 
-from izo_ref.problem import ZoneProblem
+from izo_ref.zones.problem import ZoneProblem
 from validation.scenes.zones import THICKNESS_M, masses
 
 APART_M = 3.0 * THICKNESS_M  # of neighbouring layers where all impacts hold

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from izo_ref.problem import ZoneProblem
+from izo_ref.zones.problem import ZoneProblem
 
 THICKNESS_M = 1e-3
 

@@ -4,9 +4,9 @@ import time
 
 import numpy as np
 
-from izo_ref.demo import demo_scene
-from izo_ref.resolving import resolve
-from izo_ref.solve import solve_zone
+from izo_ref.app.demo import demo_scene
+from izo_ref.loop.resolve import resolve
+from izo_ref.solvers.solve import solve_zone
 from validation.study import steps
 from validation.study.families import STEP_THICKNESS_M, synthetic
 from validation.study.own import DIRECTIONS, FIRST_ORDER, LINE_SEARCHES

@@ -12,11 +12,11 @@ from unittest.mock import patch
 import numpy as np
 
 from izo_ref import Options, find_impacts, resolve, solve_zone
-from izo_ref.descent import descend
-from izo_ref.errors import DeviceUnavailable
-from izo_ref.gpu.device import require_device
-from izo_ref.rows import scaled_rows
-from izo_ref.zones import problem_system
+from izo_ref.base.devices import require_gpu
+from izo_ref.base.errors import DeviceUnavailableError
+from izo_ref.solvers.augmented_lagrangian import descend
+from izo_ref.solvers.scaled_constraints import scaled_rows
+from izo_ref.zones.system import problem_system
 from validation import ptx
 from validation.rows import Rows
 from validation.scenes.piles import stack_zone
@@ -38,7 +38,7 @@ SANITIZER_S = 120.0
 # a step with every kernel of the loop, zones by threads and by blocks
 SMALL = """
 import numpy as np, izo_ref
-from izo_ref.gpu import solve
+from izo_ref.solvers import gpu_solve as solve
 from validation.scenes.sheets import meeting_sheets
 solve.SMALL = 4
 scene = meeting_sheets(np.random.default_rng(1), 300)
@@ -66,8 +66,8 @@ def _detection(folder, say):
     rows, gpu = Rows(folder, "detection", ("step",)), _gpu("detection", say)
     if gpu is None:
         return
-    from izo_ref.gpu.arrays import on_device, on_host
-    from izo_ref.gpu.detect import Detector
+    from izo_ref.base.gpu_arrays import on_device, on_host
+    from izo_ref.detection.gpu_detector import Detector
 
     per_ms = _copied_bytes_per_ms()
     for name, load in _all_steps():
@@ -84,7 +84,7 @@ def _detection(folder, say):
             impacts=len(expected.toi),
             **_differences(found, expected),
             gpu_ms=_event_ms(lambda d=detector, e=end: d.find(e)),
-            floor_ms=_least_bytes(scene, detector.tally) / per_ms,
+            floor_ms=_least_bytes(scene, detector.counts) / per_ms,
             cpu_ms=1e3 * measure(lambda s=scene: find_impacts(s), REPEATS, CPU_BUDGET_S).seconds,
         )
         say(f"detection: {name}: {rows.all()[-1]['gpu_ms']:.2f} ms")
@@ -149,7 +149,7 @@ def _counted():
     """Launches and arrays of the device that were made, a dict that is right at the end."""
     from numba import cuda
 
-    from izo_ref.cuda._jit import Kernel
+    from izo_ref.base.cuda.compile import Kernel
 
     counts, in_blocks, make = {"launches": 0, "arrays": 0}, Kernel.in_blocks, cuda.device_array
 
@@ -173,9 +173,9 @@ def _zones(folder, say):
     rows, gpu = Rows(folder, "zones", ("impacts",)), _gpu("zones", say)
     if gpu is None:
         return
-    from izo_ref.gpu.lagrangian import NEWTON
+    from izo_ref.solvers.presets import GPU_METHOD
 
-    own = {name: value for name, value in NEWTON.items() if name != "max_steps"}
+    own = {name: value for name, value in GPU_METHOD.items() if name != "max_steps"}
     problems = [random_zone(_seeded(n), n) for n in ZONES]
     for problem in (*problems, stack_zone(np.random.default_rng(SEED), *STACK)):
         n = len(problem.nodes)
@@ -207,9 +207,9 @@ def _zones(folder, say):
 
 def _launch_ms(inputs, results):
     """Of the kernel alone; arrays are on the device before and after."""
-    from izo_ref.gpu import lagrangian
+    from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 
-    return lagrangian.solve_lagrangian(inputs, results, _once_ms)
+    return lagrangian.run_on_gpu(inputs, results, _once_ms)
 
 
 def _memory(folder, say):
@@ -239,8 +239,8 @@ def _memory(folder, say):
 def _gpu(part, say):
     """Its name; None, which is said, if there is none."""
     try:
-        require_device()
-    except DeviceUnavailable as error:
+        require_gpu()
+    except DeviceUnavailableError as error:
         say(f"{part}: {error}")
         return None
     from numba import cuda
@@ -261,7 +261,7 @@ def _seeded(size):
     return np.random.default_rng([SEED, size])
 
 
-def _least_bytes(scene, tally):
+def _least_bytes(scene, counts):
     """What a detection cannot do without moving once, to the device's memory or from it.
 
     Both ends of the path of each vertex, read; its box, written and read; of each element its
@@ -271,12 +271,12 @@ def _least_bytes(scene, tally):
     n_elements = len(scene.pinned) + len(scene.edges) + len(scene.faces)
     indices = 4 * (len(scene.pinned) + 2 * len(scene.edges) + 3 * len(scene.faces))
     vertices = len(scene.pinned) * (2 * 24 + box)
-    return vertices + indices + n_elements * box + 2 * 8 * sum(tally.pairs.values())
+    return vertices + indices + n_elements * box + 2 * 8 * sum(counts.pairs.values())
 
 
 def _copied_bytes_per_ms():
     """Bytes read and written, of a copy from the device to itself."""
-    from izo_ref.gpu.arrays import copied, filled
+    from izo_ref.base.gpu_arrays import copied, filled
 
     values = filled(COPIED // 8, 0.0, np.float64)
     target = copied(values)

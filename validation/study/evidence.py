@@ -4,10 +4,10 @@ import time
 
 import numpy as np
 
-from izo_ref.certify import certify_path
-from izo_ref.errors import IzoError
-from izo_ref.io import SavedResult
-from izo_ref.resolving import resolve
+from izo_ref.app.files import SavedResult
+from izo_ref.base.errors import IzoError
+from izo_ref.certificate.certify import certify_path
+from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
 from validation.check import check, verdict_summary
 from validation.study import steps

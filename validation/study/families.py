@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.problem import ZoneProblem
-from izo_ref.resolving import resolve
-from izo_ref.zones import zone_problem
+from izo_ref.loop.resolve import resolve
+from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.system import zone_problem
 from validation.scenes.piles import chain_zone, pinch_zone, stack_zone
 from validation.scenes.zones import random_zone
 from validation.study import steps

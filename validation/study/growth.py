@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 import izo_ref
-from izo_ref.errors import IzoError
+from izo_ref.base.errors import IzoError
 
 SEED = 20240607
 THICKNESS_M = 1e-4

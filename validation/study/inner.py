@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.problem import residuals
+from izo_ref.zones.problem import residuals
 from validation.oracles.answer import scaled_zone
 from validation.scenes.zones import random_zone
 from validation.study import own

@@ -9,12 +9,12 @@ have no fixed point to judge and are counted.
 
 import numpy as np
 
-from izo_ref.cpu.advance import closest_frames
-from izo_ref.options import Options
-from izo_ref.problem import ZoneProblem
-from izo_ref.resolving import resolve
-from izo_ref.solve import solve_zone
-from izo_ref.zones import zone_problem
+from izo_ref.base.options import Options
+from izo_ref.detection.cpu.frames import closest_frames
+from izo_ref.loop.resolve import resolve
+from izo_ref.solvers.solve import solve_zone
+from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.system import zone_problem
 from validation.oracles.answer import mass_norm
 from validation.oracles.nonlinear import NonlinearZone
 from validation.scenes.contacts import KINDS, contact_scene

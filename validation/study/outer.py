@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref import Options, resolve, solve_zone
-from izo_ref.errors import IzoError
-from izo_ref.options import CHOICES
+from izo_ref.base.errors import IzoError
+from izo_ref.base.options import CHOICES
 from validation.rows import Rows
 from validation.study import steps
 from validation.study.timing import threads
@@ -218,7 +218,7 @@ def _scene(name):
 
 
 def _demo():
-    from izo_ref.demo import demo_scene
+    from izo_ref.app.demo import demo_scene
 
     return demo_scene()[0]
 

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.options import Options
-from izo_ref.solve import solve_system
-from izo_ref.zones import problem_system
+from izo_ref.base.options import Options
+from izo_ref.solvers.solve import solve_system
+from izo_ref.zones.system import problem_system
 
 DUAL = ("auto", "active-set", "interior-point", "pgs", "apgs")
 FIRST_ORDER = ("pgs", "apgs")  # of the dual; they iterate, so their steps are bounded

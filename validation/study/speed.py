@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from izo_ref import Options, find_impacts, resolve
-from izo_ref.options import RULES
+from izo_ref.base.options import RULES
 from validation.rows import Rows
 from validation.study import scaling, steps
 from validation.study.timing import thread_counts, threads
@@ -171,7 +171,7 @@ def _cold(folder, say):
     """New processes: with nothing compiled, and after that."""
     rows = Rows(folder, "cold", ("what",))
     step = steps.FOLDER / f"{SMALL_STEP}.npz"
-    run = [sys.executable, "-m", "izo_ref.cli", "resolve", str(step), "-o"]
+    run = [sys.executable, "-m", "izo_ref.app.cli", "resolve", str(step), "-o"]
     with tempfile.TemporaryDirectory() as cache:
         # an installed package has its bytecode on the disk, whatever is set here
         env = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONDONTWRITEBYTECODE": ""}

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from izo_ref.distance import distance_bound
-from izo_ref.solve import solve_zone
+from izo_ref.solvers.solve import solve_zone
+from izo_ref.zones.distance import distance_bound
 from validation.oracles.answer import mass_norm
 from validation.oracles.rational import ExactZone, active_rows, rational, to_float
 

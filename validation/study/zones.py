@@ -5,11 +5,11 @@ from itertools import product
 
 import numpy as np
 
-from izo_ref.distance import distance_bound
-from izo_ref.problem import ZoneProblem, residuals
-from izo_ref.resolving import resolve
-from izo_ref.solve import solve_zone
-from izo_ref.zones import zone_problem
+from izo_ref.loop.resolve import resolve
+from izo_ref.solvers.solve import solve_zone
+from izo_ref.zones.distance import distance_bound
+from izo_ref.zones.problem import ZoneProblem, residuals
+from izo_ref.zones.system import zone_problem
 from validation.oracles import nnls, qp, slsqp
 from validation.oracles.answer import mass_norm
 from validation.oracles.rational import ExactZone, active_rows

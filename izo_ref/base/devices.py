@@ -1,0 +1,157 @@
+"""The one door to a GPU: whether there is one, what runs on it, and which arrays are there."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, TypeVar
+
+import numpy as np
+
+from izo_ref.base import checks
+from izo_ref.base.errors import DeviceUnavailableError, ShapeError
+from izo_ref.base.records import SceneArrays
+
+# `device="auto"` takes a GPU for scenes with this many triangles or more. An iteration on
+# sheets in contact takes two threads of the CPU 12 ms at 100,000 triangles and 1.7 ms at 10,000
+# (`reports/speed/`, section "scale"). A GPU makes about 100 launches and 170 arrays in it
+# (`reports/cuda/`). So a GPU is faster here if each of these takes less than 0.04 ms, and slower
+# at 10,000 triangles if each takes more than 0.006 ms. No GPU has been measured yet.
+GPU_FACES = 100_000
+# Device types of DLPack for the memory of a GPU and for managed memory.
+DLPACK_CUDA_DEVICES = (2, 13)
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def choose_device(device: str, scene: SceneArrays) -> str:
+    """Turn the option `device` into `cpu` or `cuda`.
+
+    Args:
+        device: `cpu`, `cuda` or `auto`; `auto` takes a GPU if there is one and the scene has at
+            least `GPU_FACES` triangles.
+        scene: The scene to run on.
+
+    Returns:
+        `cpu` or `cuda`.
+
+    Raises:
+        OptionError: `device` has another value.
+    """
+    if checks.device(device) != "auto":
+        return device
+    return "cuda" if len(scene.faces) >= GPU_FACES and has_gpu() else "cpu"
+
+
+def implementation(device: str, on_cpu: Function, on_gpu: str) -> Function:
+    """Choose the implementation of a function for a device.
+
+    The implementation for a GPU is named, not passed, because its module imports numba.cuda. It
+    is imported here, when it is first needed, after a GPU was found.
+
+    Args:
+        device: `cpu` or `cuda`.
+        on_cpu: The implementation for the CPU.
+        on_gpu: `module:name` of the implementation for a GPU, which takes the same arguments.
+
+    Returns:
+        One of the two.
+
+    Raises:
+        DeviceUnavailableError: `device` is `cuda`, and numba-cuda, a driver or a GPU is missing.
+    """
+    if device == "cpu":
+        return on_cpu
+    require_gpu()
+    module, name = on_gpu.split(":")
+    return getattr(import_module(module), name)
+
+
+def require_gpu() -> None:
+    """Check that a GPU can be used; modules that import numba.cuda are imported after this.
+
+    Raises:
+        DeviceUnavailableError: numba-cuda, a driver or a GPU is missing; says which.
+    """
+    if find_spec("numba_cuda") is None:
+        raise DeviceUnavailableError(
+            "device 'cuda': numba-cuda is not installed; pip install 'izo-ref[cuda]'"
+        )
+    from numba import cuda
+
+    if os.environ.get("NUMBA_ENABLE_CUDASIM", "0") != "0":
+        return  # the simulator runs every kernel in Python, slowly
+    if not cuda.is_available():
+        raise DeviceUnavailableError(
+            "device 'cuda': no NVIDIA GPU with a driver for CUDA 13 (580 or newer) was found; "
+            f"install the driver, or use device 'cpu' ({_driver_message(cuda)})"
+        )
+
+
+def has_gpu() -> bool:
+    """Return whether a GPU can be used."""
+    try:
+        require_gpu()
+    except DeviceUnavailableError:
+        return False
+    return True
+
+
+def count_resident_blocks() -> int:
+    """Return how many blocks certainly run at the same time: one a multiprocessor."""
+    from numba import cuda
+
+    # the simulator has no multiprocessors, and runs one block after the other
+    return getattr(cuda.get_current_device(), "MULTIPROCESSOR_COUNT", 1)
+
+
+def _driver_message(cuda: Any) -> str:
+    error = getattr(cuda, "cuda_error", lambda: None)()
+    return str(error).strip().splitlines()[0] if error else "the driver reports no device"
+
+
+def detach(array: Any) -> Any:
+    """Return an array without the record that PyTorch keeps to differentiate it."""
+    return array.detach() if hasattr(array, "detach") else array
+
+
+def is_on_gpu(array: Any) -> bool:
+    """Return whether the numbers of an array are in the memory of a GPU, and only there."""
+    # numba's managed and mapped arrays are ndarrays: the CPU can read them
+    if isinstance(array, np.ndarray):
+        return False
+    if getattr(array, "__cuda_ndarray__", False) or hasattr(array, "__cuda_array_interface__"):
+        return True
+    device_of = getattr(array, "__dlpack_device__", None)
+    try:
+        return device_of is not None and int(device_of()[0]) in DLPACK_CUDA_DEVICES
+    except (BufferError, ValueError):
+        # the array is on several devices or on none: numpy's error will say what it is
+        return False
+
+
+def copy_to_cpu(name: str, array: Any) -> Any:
+    """Return an array as it is, or a copy on the CPU of one that is on a GPU.
+
+    Args:
+        name: The name of the array in messages.
+        array: Anything that numpy takes, or an array on a GPU.
+
+    Raises:
+        DeviceUnavailableError: The array is on a GPU that cannot be used.
+        ShapeError: The array cannot be copied.
+    """
+    if not is_on_gpu(array):
+        return array
+    view = implementation("cuda", _identity, "izo_ref.base.gpu_interop:viewed")
+    try:
+        # bound to the default stream, so that the copy is complete when this returns
+        return view(array).bind().copy_to_host()
+    except NotImplementedError as error:
+        raise ShapeError(f"{name}: expected an array that can be copied: {error}") from None
+
+
+def _identity(array: Any) -> Any:
+    return array

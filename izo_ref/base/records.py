@@ -1,0 +1,164 @@
+"""Records that pass between the stages."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Iterable
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from izo_ref.base.arrays import (
+    Edges,
+    Faces,
+    Flags,
+    Indices,
+    Masses,
+    Nodes,
+    Normals,
+    Positions,
+    Times,
+    Weights,
+)
+
+
+class Status(enum.Enum):
+    """How a step ended. The value is a sentence for the user."""
+
+    FREE = "The path is certified free and every zone is solved to tolerance."
+    FREE_BY_FALLBACK = (
+        "The path is certified free, but not every zone is optimal: some zones were scaled back "
+        "toward the start of the step, or were not solved to tolerance. The result may be "
+        "farther from the proposed positions than necessary."
+    )
+    BLOCKED = (
+        "No free path was found: the named pairs meet, or something is pinched between "
+        "pinned parts of the mesh. The path is free up to the given time. Take a smaller step, "
+        "or change the motion of the pinned vertices."
+    )
+
+
+class SceneArrays(Protocol):
+    """What the stages below `scene.py` read of a `Scene`.
+
+    Attributes:
+        positions_t0: (n, 3) f8 [m], start of the step.
+        positions_t1: (n, 3) f8 [m], proposed end of the step.
+        faces: (m, 3) i4.
+        edges: (k, 2) i4, each edge once, the lower vertex first, sorted.
+        masses: (n,) f8 [kg].
+        pinned: (n,) b1.
+        excluded: Pairs that are left out, or None.
+        on_gpu: `{name: (array, order)}` for positions that came from a GPU; `order` maps vertices
+            to rows of the array, or is None.
+    """
+
+    positions_t0: Positions
+    positions_t1: Positions
+    faces: Faces
+    edges: Edges
+    masses: Masses
+    pinned: Flags
+    excluded: Pairs | None
+    on_gpu: dict[str, tuple[Any, Indices | None]]
+
+
+class Pairs(NamedTuple):
+    """Vertex-face and edge-edge pairs.
+
+    Attributes:
+        nodes: (n, 4) i4, the vertex and the face's corners, or the ends of one edge and of the
+            other.
+        is_edge_edge: (n,) b1.
+    """
+
+    nodes: Nodes
+    is_edge_edge: Flags
+
+
+class Impacts(NamedTuple):
+    """Pairs that meet on a path, each with its contact frozen at its time of impact.
+
+    The frozen gap of impact j at positions x is normals_j . sum_k weights_jk x[nodes_jk].
+
+    Attributes:
+        nodes: (n, 4) i4, the vertex and the face's corners, or the ends of one edge and of the
+            other.
+        is_edge_edge: (n,) b1.
+        toi: (n,) f8, time of impact, from 0 to 1.
+        weights: (n, 4) f8, positive on the first side, negative on the second; their sum is zero.
+        normals: (n, 3) f8, unit vectors; the gap is positive at t = 0.
+    """
+
+    nodes: Nodes
+    is_edge_edge: Flags
+    toi: Times
+    weights: Weights
+    normals: Normals
+
+    def take(self, index: Any) -> Impacts:
+        """Return the impacts of an index array or a mask."""
+        return Impacts(*(column[index] for column in self))
+
+
+def no_impacts() -> Impacts:
+    """Return a record of no impacts."""
+    return Impacts(
+        np.empty((0, 4), np.int32),
+        np.empty(0, bool),
+        np.empty(0),
+        np.empty((0, 4)),
+        np.empty((0, 3)),
+    )
+
+
+def join_impacts(parts: Iterable[Impacts]) -> Impacts:
+    """Return the impacts of several records, one record after the other."""
+    records = list(parts) or [no_impacts()]
+    return Impacts(*(np.concatenate(columns) for columns in zip(*records, strict=True)))
+
+
+class DetectionCounts(NamedTuple):
+    """What one detection of the loop found.
+
+    Attributes:
+        found: Impacts of the path, without those that have pinned vertices only.
+        blocked: Impacts that have pinned vertices only.
+        moved: Vertices that moved since the last detection.
+        candidates: Candidate pairs.
+    """
+
+    found: int
+    blocked: int
+    moved: int
+    candidates: int
+
+
+class PairCounts:
+    """Counts of the pairs that one detection looked at, and of their proofs.
+
+    Attributes:
+        moved: Vertices that ended elsewhere than in the detection before.
+        pairs: Candidate pairs, by kind.
+        steps: Steps of all proofs.
+        most_steps: Steps of the longest proof.
+    """
+
+    def __init__(self, moved: int = 0) -> None:
+        self.moved = moved
+        self.pairs = {"vertex_face": 0, "edge_edge": 0}
+        self.steps = 0
+        self.most_steps = 0
+
+    def add(self, kind: str, pairs: int, steps: int, most_steps: int) -> None:
+        """Add the counts of some pairs.
+
+        Args:
+            kind: `vertex_face` or `edge_edge`.
+            pairs: Candidate pairs.
+            steps: Steps of their proofs.
+            most_steps: Steps of the longest of these proofs.
+        """
+        self.pairs[kind] += int(pairs)
+        self.steps += int(steps)
+        self.most_steps = max(self.most_steps, int(most_steps))

@@ -1,0 +1,25 @@
+"""Pairs that certainly meet."""
+
+from numba import cuda
+
+from izo_ref.base.cuda.compile import cuda_kernel
+from izo_ref.certificate.formulas.meeting import certainly_meets
+from izo_ref.detection.serial.contacts import relative_nodes, row4
+
+
+@cuda_kernel
+def certain_meetings(
+    # In:
+    positions_t0,  # (n_vertices, 3) f8  [m]
+    positions_t1,  # (n_vertices, 3) f8  [m]
+    nodes,  # (n_pairs, 4) i4
+    is_edge_edge,  # (n_pairs,) b1
+    toi,  # (n_pairs,) f8, until when each is proved apart
+    # Out:
+    meets_out,  # (n_pairs,) b1, True if the pair meets, False if that is not certain
+):
+    i = cuda.grid(1)
+    if i < nodes.shape[0]:
+        a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
+        b1, b2, b3 = relative_nodes(positions_t1, row4(nodes, i))
+        meets_out[i] = certainly_meets(is_edge_edge[i], a1, a2, a3, b1, b2, b3, toi[i])

@@ -1,0 +1,1 @@
+"""Formulas over numbers and tuples; every target calls the same object."""

@@ -1,0 +1,51 @@
+"""Of pairs that meet: which are certain, and their frames."""
+
+from numba import prange
+
+from izo_ref.base.compile import light_kernel
+from izo_ref.detection.formulas.frame import closest_frame, impact_frame
+from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
+
+
+@light_kernel
+def impact_frames(
+    # In:
+    positions_t0,  # (n_vertices, 3) f8  [m]
+    positions_t1,  # (n_vertices, 3) f8  [m]
+    nodes,  # (n_impacts, 4) i4
+    is_edge_edge,  # (n_impacts,) b1
+    toi,  # (n_impacts,) f8
+    directions,  # (n_impacts, 3) f8
+    # Out:
+    weights_out,  # (n_impacts, 4) f8
+    normals_out,  # (n_impacts, 3) f8
+):
+    for i in prange(nodes.shape[0]):
+        a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
+        b1, b2, b3 = relative_nodes(positions_t1, row4(nodes, i))
+        weights, normal = impact_frame(
+            is_edge_edge[i], a1, a2, a3, b1, b2, b3, toi[i], row3(directions, i)
+        )
+        for k in range(4):
+            weights_out[i, k] = weights[k]
+        for axis in range(3):
+            normals_out[i, axis] = normal[axis]
+
+
+@light_kernel
+def closest_frames(
+    # In:
+    positions,  # (n_vertices, 3) f8  [m]
+    nodes,  # (n_impacts, 4) i4
+    is_edge_edge,  # (n_impacts,) b1
+    # Out:
+    weights_out,  # (n_impacts, 4) f8
+    normals_out,  # (n_impacts, 3) f8
+):
+    for i in prange(nodes.shape[0]):
+        q1, q2, q3 = relative_nodes(positions, row4(nodes, i))
+        weights, normal = closest_frame(is_edge_edge[i], q1, q2, q3)
+        for k in range(4):
+            weights_out[i, k] = weights[k]
+        for axis in range(3):
+            normals_out[i, axis] = normal[axis]

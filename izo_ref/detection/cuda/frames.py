@@ -1,0 +1,59 @@
+"""Of pairs that meet: which are certain, and their frames."""
+
+from numba import cuda
+
+from izo_ref.base.cuda.compile import cuda_kernel
+from izo_ref.detection.formulas.frame import closest_frame, impact_frame
+from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
+
+
+@cuda_kernel
+def impacts_of_contacts(
+    # In:
+    positions_t0,  # (n_vertices, 3) f8  [m]
+    positions_t1,  # (n_vertices, 3) f8  [m]
+    index,  # (n,) i8, which of the contacts
+    nodes,  # (n_contacts, 4) i4
+    is_edge_edge,  # (n_contacts,) b1
+    toi,  # (n_contacts,) f8
+    directions,  # (n_contacts, 3) f8
+    # Out:
+    nodes_out,  # (n, 4) i4
+    is_edge_edge_out,  # (n,) b1
+    toi_out,  # (n,) f8
+    weights_out,  # (n, 4) f8
+    normals_out,  # (n, 3) f8
+):
+    i = cuda.grid(1)
+    if i < index.shape[0]:
+        j = index[i]
+        own, is_edge_edge_out[i], toi_out[i] = row4(nodes, j), is_edge_edge[j], toi[j]
+        a1, a2, a3 = relative_nodes(positions_t0, own)
+        b1, b2, b3 = relative_nodes(positions_t1, own)
+        weights, normal = impact_frame(
+            is_edge_edge[j], a1, a2, a3, b1, b2, b3, toi[j], row3(directions, j)
+        )
+        for k in range(4):
+            nodes_out[i, k], weights_out[i, k] = own[k], weights[k]
+        for axis in range(3):
+            normals_out[i, axis] = normal[axis]
+
+
+@cuda_kernel
+def closest_frames(
+    # In:
+    positions,  # (n_vertices, 3) f8  [m]
+    nodes,  # (n_impacts, 4) i4
+    is_edge_edge,  # (n_impacts,) b1
+    # Out:
+    weights_out,  # (n_impacts, 4) f8
+    normals_out,  # (n_impacts, 3) f8
+):
+    i = cuda.grid(1)
+    if i < nodes.shape[0]:
+        q1, q2, q3 = relative_nodes(positions, row4(nodes, i))
+        weights, normal = closest_frame(is_edge_edge[i], q1, q2, q3)
+        for k in range(4):
+            weights_out[i, k] = weights[k]
+        for axis in range(3):
+            normals_out[i, axis] = normal[axis]

@@ -1,0 +1,87 @@
+"""Does an edge cross a face, at one time? Certain answers, or none."""
+
+from izo_ref.base.compile import compiled
+from izo_ref.base.formulas.vec3 import (
+    det3,
+    dot3,
+    max_abs3,
+    power_of_two_for,
+    scale3,
+    sub3,
+    sum_abs3,
+    unit3,
+)
+from izo_ref.detection.formulas.advance import APART, CONTACT, GAP_ERROR, UNDECIDED
+from izo_ref.detection.formulas.closest import edge_edge_weights, vertex_face_weights, weighted_sum
+from izo_ref.detection.formulas.coplanar import COEFFICIENT_ERROR, TINY
+
+
+@compiled
+def certain_sign(a, b, c):
+    """Sign of det(a, b, c), 0 if rounding could have changed it; the arguments are
+    differences of floats. The bound of a coefficient in coplanar.py covers it; scaled to a
+    size near 1, which is exact, so that nothing overflows and what vanishes is below TINY."""
+    a = scale3(power_of_two_for(max_abs3(a)), a)
+    b = scale3(power_of_two_for(max_abs3(b)), b)
+    c = scale3(power_of_two_for(max_abs3(c)), c)
+    value = det3(a, b, c)
+    bound = COEFFICIENT_ERROR * (max_abs3(a) * max_abs3(b) * max_abs3(c)) + TINY
+    if value > bound:
+        return 1
+    if value < -bound:
+        return -1
+    return 0
+
+
+@compiled
+def _closer(best, candidate):
+    if dot3(candidate, candidate) < dot3(best, best):
+        return candidate
+    return best
+
+
+@compiled
+def _closest_vector(p, q, a, b, c):
+    """From the face a b c to the edge p q, the shortest over vertices and edges."""
+    n = (0.0, 0.0, 0.0)
+    for end in range(2):
+        v = p if end == 0 else q
+        x, y, z = sub3(a, v), sub3(b, v), sub3(c, v)
+        candidate = weighted_sum(vertex_face_weights(x, y, z), x, y, z)
+        n = candidate if end == 0 else _closer(n, candidate)
+    for side in range(3):
+        v = a if side == 0 else (b if side == 1 else c)
+        w = b if side == 0 else (c if side == 1 else a)
+        x, y, z = sub3(q, p), sub3(v, p), sub3(w, p)
+        n = _closer(n, weighted_sum(edge_edge_weights(x, y, z), x, y, z))
+    return n
+
+
+@compiled
+def edge_face_status(p, q, a, b, c):
+    """APART or CONTACT if that is certain, else UNDECIDED.
+
+    With the origin taken in a, all arguments are differences of floats where they enter a
+    sign. Apart: the ends strictly on one side of the face's plane, or the edge's line
+    strictly on both sides of two of the face's edges, or a direction that separates.
+    """
+    ap, aq, ab, ac = sub3(p, a), sub3(q, a), sub3(b, a), sub3(c, a)
+    side_p = certain_sign(ab, ac, ap)
+    side_q = certain_sign(ab, ac, aq)
+    if side_p * side_q > 0:
+        return APART
+    pq, pa, pb, pc = sub3(q, p), scale3(-1.0, ap), sub3(b, p), sub3(c, p)
+    turn_ab = certain_sign(pq, pa, pb)
+    turn_bc = certain_sign(pq, pb, pc)
+    turn_ca = certain_sign(pq, pc, pa)
+    if min(turn_ab, min(turn_bc, turn_ca)) < 0 < max(turn_ab, max(turn_bc, turn_ca)):
+        return APART
+    if side_p * side_q < 0 and turn_ab == turn_bc == turn_ca != 0:
+        return CONTACT
+    n = unit3(_closest_vector(p, q, a, b, c))
+    size = max(max(max_abs3(ap), max_abs3(aq)), max(max_abs3(ab), max_abs3(ac)))
+    edge_low = min(dot3(n, ap), dot3(n, aq))
+    face_high = max(0.0, max(dot3(n, ab), dot3(n, ac)))
+    if edge_low - face_high > GAP_ERROR * size * sum_abs3(n) + TINY:
+        return APART
+    return UNDECIDED

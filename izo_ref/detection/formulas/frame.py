@@ -1,0 +1,95 @@
+"""Normal and weights of an impact, frozen at its time (SPEC 1, page eqs. 2 and 3)."""
+
+from izo_ref.base.compile import compiled
+from izo_ref.base.formulas.vec3 import cross3, dot3, lerp3, max_abs3, scale3, sub3, unit3
+from izo_ref.detection.formulas.closest import pair_weights, weighted_sum
+
+# A gap at t = 0 below this fraction of the pair's size, or a cross product below it, is
+# taken for none: the plane's normal then says nothing about the side the pair came from.
+# Rounding alone makes some 1e-15; a wrong choice here costs a poorer half-space, not
+# safety.
+FLAT = 1e-10
+
+
+@compiled
+def plane_normal(is_edge_edge, q1, q2, q3):
+    """Normal of the face, or of both edges; zero where that is not defined."""
+    if is_edge_edge:
+        u, v = q1, sub3(q3, q2)
+    else:
+        u, v = sub3(q2, q1), sub3(q3, q1)
+    n = cross3(u, v)
+    if not dot3(n, n) > (FLAT * FLAT) * dot3(u, u) * dot3(v, v):
+        return (0.0, 0.0, 0.0)
+    return unit3(n)
+
+
+@compiled
+def feature_normal(is_edge_edge, weights, q1, q2, q3, n):
+    """Normal of the features on which the closest points lie, on the side of n.
+
+    Close to contact n, the vector between them, is mostly rounding: u over the gap. The
+    normal of a face, or of two edges, is not; and where one point is inside an edge, n is
+    made orthogonal to that edge, or its far end would be on the wrong side of n.
+    """
+    if is_edge_edge:
+        first_inside = weights[0] > 0.0 and weights[1] > 0.0
+        second_inside = weights[2] < 0.0 and weights[3] < 0.0
+        both = first_inside and second_inside
+        edge = q1 if first_inside else sub3(q3, q2)
+        one = first_inside or second_inside
+    else:
+        both = weights[1] < 0.0 and weights[2] < 0.0 and weights[3] < 0.0
+        one = True
+        if weights[3] == 0.0:
+            edge = sub3(q2, q1)
+        elif weights[1] == 0.0:
+            edge = sub3(q3, q2)
+        else:
+            edge = sub3(q1, q3)
+    if both:
+        m = plane_normal(is_edge_edge, q1, q2, q3)
+        if dot3(m, n) < 0.0:
+            return scale3(-1.0, m)
+        return m
+    length_sq = dot3(edge, edge)
+    if not one or length_sq == 0.0:
+        return n
+    for _ in range(2):
+        n = unit3(sub3(n, scale3(dot3(n, edge) / length_sq, edge)))
+    return n
+
+
+@compiled
+def impact_frame(is_edge_edge, a1, a2, a3, b1, b2, b3, toi, direction):
+    """Weights (4 numbers) and unit normal of an impact.
+
+    a_k, b_k are nodes 1..3 relative to node 0 at t = 0, 1; `direction` is the last one
+    that separated the sides before `toi`. The normal is that of the face, or of the two
+    edges; where they are degenerate, or the pair moves in one plane so that its gap along
+    that normal is zero all the time, it is `direction`. Its sign makes the gap positive
+    at t = 0: the frozen gap is linear and zero at `toi`, so that is the side it came from.
+    """
+    q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)
+    weights = pair_weights(is_edge_edge, q1, q2, q3)
+    normal = plane_normal(is_edge_edge, q1, q2, q3)
+    gap_t0 = dot3(normal, weighted_sum(weights, a1, a2, a3))
+    size = max(max_abs3(a1), max(max_abs3(a2), max_abs3(a3)))
+    if not abs(gap_t0) > FLAT * size:
+        if max_abs3(direction) == 0.0:  # in contact from the start: what rounding left
+            direction = unit3(weighted_sum(weights, q1, q2, q3))
+        return weights, direction
+    if gap_t0 < 0.0:
+        normal = scale3(-1.0, normal)
+    return weights, normal
+
+
+@compiled
+def closest_frame(is_edge_edge, q1, q2, q3):
+    """Weights and unit normal of the closest points of a pair at rest (SPEC 6).
+
+    On a free path the sides have not passed each other, so the vector between the closest
+    points is on the right side as it is.
+    """
+    weights = pair_weights(is_edge_edge, q1, q2, q3)
+    return weights, unit3(weighted_sum(weights, q1, q2, q3))

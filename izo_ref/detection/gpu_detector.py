@@ -1,0 +1,248 @@
+"""Detection on a GPU: the same impacts, in the same order, as `detection/detector.py` finds.
+
+Each path is looked at anew: all pairs whose moving boxes meet, counted and then written, so
+that there is no limit; of these the contacts, and of those the impacts, sorted.
+"""
+
+from itertools import zip_longest
+
+import numpy as np
+
+from izo_ref.base.cuda.arrays import LARGEST, SUM
+from izo_ref.base.gpu_arrays import (
+    counted,
+    empty,
+    filled,
+    indices_of,
+    joined,
+    on_device,
+    order_of,
+    points,
+    reduced,
+    starts_of,
+    take,
+    total_of,
+)
+from izo_ref.base.gpu_impacts import empty_impacts, impacts_on_device, impacts_on_host
+from izo_ref.base.records import Impacts, PairCounts, no_impacts
+from izo_ref.detection.cuda import contacts, frames, paths
+from izo_ref.detection.cuda import tree as trees
+from izo_ref.detection.formulas.advance import MAX_STEPS
+from izo_ref.detection.serial.tree import Tree
+from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
+
+# Pairs that are looked at in one launch: what is kept of each takes 64 bytes until the contacts
+# are known.
+BATCH = 1 << 22
+
+
+class Elements:
+    """Elements of one kind in a tree of boxes.
+
+    Args:
+        nodes: (n, k) i4, on the processor.
+        positions_t0: (n_vertices, 3) f8 [m], on the device.
+        grid: origin and cells per metre of the curve along which they are sorted.
+
+    Attributes:
+        tree: `Tree`, on the device.
+        levels: its levels, on the processor.
+        numbers: (n,) i8, 0, 1, ...
+        no_room: (n + 1,) i8, zeros.
+    """
+
+    def __init__(self, nodes, positions_t0, grid):
+        n = len(nodes)
+        nodes, codes = on_device(nodes), empty(n, np.int64)
+        trees.morton_codes[n](positions_t0, nodes, *grid, codes)
+        index = order_of(codes)
+        order = take(on_device(np.arange(n, dtype=np.int32)), index)
+        blocks, lanes, self.levels = bare_tree(n, np.float32)
+        levels = on_device(self.levels)
+        self.tree = Tree(order, take(nodes, index), on_device(blocks), on_device(lanes), levels)
+        self.numbers, self.no_room = counted(n), filled(n + 1, 0, np.int64)
+
+
+class Detector:
+    """Finds the impacts of paths that start at the same positions, which are free.
+
+    Args:
+        scene: `Scene`.
+        counts_proofs: whether the counts does.
+
+    Attributes:
+        counts: `PairCounts` of the last detection.
+    """
+
+    def __init__(self, scene, counts_proofs=False):
+        start = scene.positions_t0
+        self.counts, self._counts_proofs = PairCounts(), counts_proofs
+        self._n = len(start)
+        self._has_faces = len(scene.faces) > 0
+        if not self._has_faces:
+            return
+        self._start = points(scene, "positions_t0")
+        origin, scale = box_frame(start)
+        self._frame = on_device(origin), scale
+        grid_origin, cells_per_m = morton_grid(start)
+        grid = on_device(grid_origin), cells_per_m
+        vertices = np.arange(self._n, dtype=np.int32).reshape(-1, 1)
+        self._elements = [
+            Elements(nodes, self._start, grid) for nodes in (vertices, scene.edges, scene.faces)
+        ]
+        self._excluded = on_device(_excluded_keys(scene))
+        self._no_reach = filled(self._n, 0.0, np.float64)
+
+    def find(self, positions_t1) -> Impacts:
+        """Impacts of the path from the start to `positions_t1`.
+
+        Args:
+            positions_t1: (n_vertices, 3) f8 [m], on the device.
+
+        Returns:
+            `Impacts` on the device: vertex-face pairs by vertex and face, then edge-edge
+            pairs by edges.
+        """
+        self.counts = PairCounts()
+        if not self._has_faces:
+            return impacts_on_device(no_impacts())
+        moved = self._refit(positions_t1)
+        vertices, edges, faces = self._elements
+        found = [
+            *self._contacts("vertex_face", vertices, faces, positions_t1),
+            *self._contacts("edge_edge", edges, edges, positions_t1),
+        ]
+        columns = zip(*found, strict=True)
+        keys, *contacts = found[0] if len(found) == 1 else [joined(parts) for parts in columns]
+        n = keys.shape[0]
+        kept = empty(n, np.bool_)
+        paths.kept_contacts[n](keys, contacts[0], moved, self._excluded, kept)
+        index = indices_of(kept)
+        index = take(index, order_of(take(keys, index)))
+        found = empty_impacts(index.shape[0])
+        frames.impacts_of_contacts[index.shape[0]](
+            self._start, positions_t1, index, *contacts, *found
+        )
+        return found
+
+    def _refit(self, positions_t1):
+        """Boxes of all; those that do not move are not looked at, but met.
+
+        Returns which vertices move, (n_vertices,) b1.
+        """
+        boxes, moved = empty((self._n, 9), np.float32), empty(self._n, np.bool_)
+        trees.path_boxes[self._n](self._start, positions_t1, *self._frame, boxes, moved)
+        own = [elements.tree for elements in self._elements]
+        for level, n_blocks in enumerate(_sizes([e.levels for e in self._elements])):
+            if level == 0:
+                trees.boxes_of_elements[n_blocks](boxes, moved, *own)
+            else:
+                trees.boxes_of_parents[n_blocks](level, *own)
+        return moved
+
+    def _contacts(self, kind, first, second, positions_t1):
+        """Those that are not proved apart, by batches of pairs: keys, nodes, times, directions."""
+        pairs = _meeting_pairs(first, second)
+        first, second = first.tree, second.tree
+        for begin in range(0, max(pairs.shape[0], 1), BATCH):
+            batch = pairs[begin : begin + BATCH]
+            n = batch.shape[0]
+            tallies, index = empty((n, 3), np.int64), empty(n, np.int64)
+            toi, directions = empty(n, np.float64), empty((n, 3), np.float64)
+            contacts.find_contacts[n](
+                counted(n),
+                batch,
+                first.order,
+                first.nodes,
+                second.order,
+                second.nodes,
+                self._start,
+                positions_t1,
+                self._no_reach,
+                MAX_STEPS,
+                tallies,
+                index,
+                toi,
+                directions,
+            )
+            is_contact = empty(n, np.bool_)
+            paths.touching[n](tallies, is_contact)
+            own = indices_of(is_contact)
+            m = own.shape[0]
+            found = (
+                empty(m, np.int64),
+                empty((m, 4), np.int32),
+                empty(m, np.bool_),
+                empty(m, np.float64),
+                empty((m, 3), np.float64),
+            )
+            contacts.gather_contacts[m](own, batch, toi, directions, first, second, *found)
+            self._count(kind, n, tallies)
+            yield found
+
+    def _count(self, kind, n, tallies):
+        proofs, most = 0, 0
+        if self._counts_proofs and n:
+            proofs, most = reduced(tallies, SUM, 1), reduced(tallies, LARGEST, 2)
+        self.counts.add(kind, n, proofs, most)
+
+
+class HostDetector:
+    """A detector for a step on the processor, called as `izo_ref.detection.detector.Detector` is.
+
+    `seen`: (n_vertices, 3) f8 [m] on the processor, where the last path ended, if there was one.
+    """
+
+    def __init__(self, detector: Detector, seen=None):
+        self._detector, self._seen = detector, seen
+
+    def find(self, positions_t1) -> Impacts:
+        moved = len(positions_t1)
+        if self._seen is not None:
+            moved = np.count_nonzero((positions_t1 != self._seen).any(axis=1))
+        self._seen = positions_t1.copy()
+        found = self._detector.find(on_device(positions_t1))
+        self.counts = self._detector.counts
+        self.counts.moved = int(moved)
+        return impacts_on_host(found)
+
+
+def find_impacts(scene) -> Impacts:
+    """What `izo_ref.find_impacts` finds, on the processor."""
+    return impacts_on_host(Detector(scene).find(points(scene, "positions_t1")))
+
+
+def _sizes(levels_of_trees):
+    """Blocks of each level of several trees together, from the elements' up."""
+    sizes = [np.diff(levels) for levels in levels_of_trees]
+    return [sum(map(int, level)) for level in zip_longest(*sizes, fillvalue=0)]
+
+
+def _meeting_pairs(queries: Elements, leaves: Elements):
+    """(n, 2) i4, places of a query and a leaf whose boxes meet: counted, then written."""
+    n = queries.tree.nodes.shape[0]
+    counts, same = empty(n, np.int64), queries is leaves
+    trees, nothing = (queries.tree, leaves.tree), empty((0, 2), np.int32)
+    contacts.find_pairs[n](queries.numbers, queries.no_room, *trees, same, counts, nothing)
+    starts = starts_of(counts)
+    pairs = empty((total_of(starts), 2), np.int32)
+    contacts.find_pairs[n](queries.numbers, starts, *trees, same, counts, pairs)
+    return pairs
+
+
+def _excluded_keys(scene):
+    """Keys of the pairs left out, ascending, as `gather_contacts` makes them."""
+    if scene.excluded is None:
+        return np.empty(0, np.int64)
+    nodes, ee = scene.excluded.nodes.astype(np.int64), scene.excluded.is_edge_edge
+    faces = _row_numbers(scene.faces, nodes[~ee, 1:])
+    one, other = _row_numbers(scene.edges, nodes[ee, :2]), _row_numbers(scene.edges, nodes[ee, 2:])
+    low, high = np.minimum(one, other), np.maximum(one, other)
+    vertex_face = (nodes[~ee, 0] << 32 | faces) + contacts.BEFORE
+    return np.sort(np.concatenate((vertex_face, low << 32 | high)))
+
+
+def _row_numbers(rows, wanted):
+    """(n,) i8, which row has the nodes of each row wanted, in any order."""
+    numbers = {tuple(sorted(row)): i for i, row in enumerate(rows.tolist())}
+    return np.array([numbers[tuple(sorted(row))] for row in wanted.tolist()], np.int64)

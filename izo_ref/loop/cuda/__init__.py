@@ -1,0 +1,1 @@
+"""Kernels of a GPU: gather, call, store. Imported only after a GPU was found."""

@@ -1,0 +1,1 @@
+"""Kernels of the CPU: gather, call, store."""

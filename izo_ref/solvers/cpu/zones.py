@@ -1,0 +1,126 @@
+"""Zones in scaled variables, and the active-set solver, which takes one zone a thread."""
+
+from numba import prange
+
+from izo_ref.base.compile import cpu_kernel, light_kernel
+from izo_ref.solvers.serial.constraints import scale_row
+from izo_ref.solvers.serial.small_zone import solve_small_zone
+from izo_ref.solvers.serial.sweeps import sweeps
+
+
+@light_kernel
+def scaled_rows(
+    # In:
+    nodes,  # (n_impacts, 4) i4
+    weights,  # (n_impacts, 4) f8
+    normals,  # (n_impacts, 3) f8
+    targets,  # (n_vertices, 3) f8  [m]
+    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
+    thickness,  # f8  [m]
+    # Out:
+    unknowns_out,  # (n_impacts, 4) i4, as nodes; -1 for pinned
+    coefficients_out,  # (n_impacts, 4) f8, unit length in each row
+    rhs_out,  # (n_impacts,) f8  [m kg^1/2]
+    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if there was none
+    hopeless_out,  # (n_impacts,) b1, violated and without unknowns
+):
+    for j in prange(nodes.shape[0]):
+        rhs_out[j], lengths_out[j], hopeless_out[j] = scale_row(
+            j,
+            nodes,
+            weights,
+            normals,
+            targets,
+            inverse_sqrt_masses,
+            thickness,
+            unknowns_out,
+            coefficients_out,
+        )
+
+
+@cpu_kernel
+def solve_small_zones(
+    # In:
+    zones,  # (n,) i8, those to solve
+    methods,  # (n,) i1, of solvers/serial/small_zone.py, to try first
+    impact_offsets,  # (n_zones + 1,) i8
+    vertex_offsets,  # (n_zones + 1,) i8
+    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
+    coefficients,  # (n_impacts, 4) f8
+    normals,  # (n_impacts, 3) f8
+    rhs,  # (n_impacts,) f8  [m kg^1/2]
+    lengths,  # (n_impacts,) f8  [kg^-1/2]
+    limits,  # Limits, of solvers/serial/small_zone.py
+    number_starts,  # (n_slots + 1,) i8, of work space; slot k solves zones k, k + n_slots, ...
+    index_starts,  # (n_slots + 1,) i8
+    # Out:
+    multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
+    z_out,  # (3 n_unknowns,) f8  [m kg^1/2]
+    methods_out,  # (n_zones,) i1, the last that was tried
+    solved_out,  # (n_zones,) b1, to the limits
+    steps_out,  # (n_zones,) i4
+    numbers_out,  # (number_starts[n_slots],) f8, work space, of solvers/serial/small_zone.py
+    indices_out,  # (index_starts[n_slots],) i4, work space
+):
+    n_slots = number_starts.shape[0] - 1
+    for slot in prange(n_slots):
+        for i in range(slot, zones.shape[0], n_slots):
+            zone = zones[i]
+            methods_out[zone], solved_out[zone], steps_out[zone] = solve_small_zone(
+                methods[i],
+                impact_offsets[zone],
+                impact_offsets[zone + 1],
+                vertex_offsets[zone],
+                vertex_offsets[zone + 1],
+                unknowns,
+                coefficients,
+                normals,
+                rhs,
+                lengths,
+                limits,
+                numbers_out[number_starts[slot] : number_starts[slot + 1]],
+                indices_out[index_starts[slot] : index_starts[slot + 1]],
+                multipliers_out,
+                z_out,
+            )
+
+
+@cpu_kernel
+def solve_sweeps(
+    # In:
+    impact_offsets,  # (n_zones + 1,) i8
+    vertex_offsets,  # (n_zones + 1,) i8
+    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
+    coefficients,  # (n_impacts, 4), of the solver's type as all that has none here
+    normals,  # (n_impacts, 3)
+    rhs,  # (n_impacts,)
+    metres,  # (n_impacts,) f8  [m], violation of a row of 1
+    accelerated,  # bool
+    max_sweeps,  # i8
+    gap_tolerance,  # f8, relative
+    violation_tolerance,  # f8  [m]
+    # Out:
+    multipliers_out,  # (n_impacts,), of the unit rows; where to begin on entry
+    z_out,  # (3 n_unknowns,)
+    steps_out,  # (n_zones,) i4
+    trace_out,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] after each sweep; k = 0: none
+):
+    for zone in prange(impact_offsets.shape[0] - 1):
+        steps_out[zone] = sweeps(
+            impact_offsets[zone],
+            impact_offsets[zone + 1],
+            vertex_offsets[zone],
+            vertex_offsets[zone + 1],
+            unknowns,
+            coefficients,
+            normals,
+            rhs,
+            metres,
+            accelerated,
+            max_sweeps,
+            gap_tolerance,
+            violation_tolerance,
+            multipliers_out,
+            z_out,
+            trace_out[zone],
+        )

@@ -1,0 +1,1 @@
+"""Descent directions of the augmented Lagrangian, one a file."""

@@ -1,0 +1,46 @@
+"""Chebyshev acceleration of steps along the preconditioned gradient.
+
+    x_{k+1} = omega (x_k + step p - x_{k-1}) + x_{k-1}
+    omega = 1 for k < delay; 2 / (2 - rho^2) at the delay; then 4 / (4 - rho^2 omega)
+
+Source: H. Wang, Y. Yang, Descent methods for elastic body simulation on the GPU (2016),
+section 4.2; M. Tang et al., I-Cloth (2018), for delay and rho of that system.
+"""
+
+from izo_ref.base.compile import compiled
+from izo_ref.base.serial.thread_group import team_sum
+
+
+@compiled
+def next_omega(omega, k, delay, rho):
+    """Omega of step k, from that of step k - 1."""
+    if k < delay:
+        return 1.0
+    if k == delay:
+        return 2.0 / (2.0 - rho * rho)
+    return 4.0 / (4.0 - rho * rho * omega)
+
+
+@compiled
+def accelerate(zone, omega):
+    """x <- omega (x - x_before) + x_before after a step, which `zone.direction` holds.
+
+    `zone.previous` holds x_{k-1} as x_before, and x_k afterwards.
+    """
+    factor = zone.x.dtype.type(omega)
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+        here, before = zone.x[i], zone.previous[i]
+        zone.previous[i] = here - zone.direction[i]
+        zone.x[i] = factor * (here - before) + before
+
+
+@compiled
+def goes_uphill(zone):
+    """Whether the last step, momentum included, points where L now rises: time to restart.
+
+    Source: B. O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes (2015).
+    """
+    slope = 0.0
+    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+        slope += zone.gradient[i] * (zone.x[i] - zone.previous[i])
+    return team_sum(zone.team, slope) > 0.0

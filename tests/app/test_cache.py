@@ -1,0 +1,79 @@
+"""Compiled code on the disk."""
+
+import subprocess
+import sys
+
+import pytest
+
+from izo_ref.app import cache
+from izo_ref.app.cli import main
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of compiled code, and one of other sources beside it."""
+    for name in ("now", "before"):
+        (tmp_path / name / "serial_1").mkdir(parents=True)
+        (tmp_path / name / "serial_1" / "dot.nbi").write_bytes(b"12345")
+    monkeypatch.setattr(cache, "CACHE_FOLDER", tmp_path / "now")
+    return tmp_path / "now"
+
+
+def test_folders_are_shown(folder, capsys):
+    assert [(f.path.name, f.current, f.files, f.bytes) for f in cache.folders()] == [
+        ("now", True, 1, 5),
+        ("before", False, 1, 5),
+    ]
+    assert main(["cache", "show"]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0] == f"{folder}: 1 files, 0.0 MB, in use"
+    assert said[1].endswith("of other sources or versions")
+
+
+def test_old_folders_are_cleared_and_then_all(folder, capsys):
+    assert main(["cache", "clear", "--old"]) == 0
+    assert folder.is_dir()
+    assert not folder.with_name("before").exists()
+    assert main(["cache", "clear"]) == 0
+    assert not folder.exists()
+    assert cache.folders() == []
+
+
+def test_tasks_that_there_are_not_are_refused(capsys):
+    assert main(["cache", "fill", "nothing"]) == 2
+    assert "'nothing'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", cache.TASKS)
+def test_each_task_runs_and_ends_as_it_should(name):
+    cache.run_task(name)
+
+
+def test_a_task_that_fails_says_so(monkeypatch):
+    broken = subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"])
+    monkeypatch.setattr(cache, "_start", lambda name: broken)
+    with pytest.raises(RuntimeError, match="detection"):
+        cache.fill(["detection"], print)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_another_process_compiles_only_where_nothing_is_compiled(monkeypatch, compiled):
+    started = []
+
+    def start(name):
+        started.append(subprocess.Popen([sys.executable, "-c", "pass"]))
+        return started[0]
+
+    monkeypatch.setattr(cache, "_start", start)
+    monkeypatch.setattr(cache, "anything_compiled", lambda: compiled)
+    monkeypatch.setattr(cache.os, "cpu_count", lambda: 2)
+    with cache.compiling_beside():
+        pass
+    assert len(started) == (0 if compiled else 1)
+    assert all(process.returncode == 0 for process in started)
+
+
+def test_importing_the_package_imports_neither_numba_nor_numpy():
+    code = "import sys, izo_ref; print({'numba', 'numpy', 'scipy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

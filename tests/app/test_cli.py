@@ -1,0 +1,102 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from izo_ref.app.cli import main
+from izo_ref.app.files import load_result, save_scene
+from tests.helpers.shapes import pinch, vertex_over_face
+
+
+@pytest.fixture
+def step(tmp_path):
+    save_scene(tmp_path / "step.npz", vertex_over_face())
+    return tmp_path / "step.npz"
+
+
+def run(*arguments):
+    return main([str(a) for a in arguments])
+
+
+def test_resolve_writes_positions_and_report(step, tmp_path, capsys):
+    out, report = tmp_path / "out.npz", tmp_path / "report.json"
+    assert run("resolve", step, "-o", out, "--thickness", "0.1", "--json", report) == 0
+    said = capsys.readouterr()
+    assert said.out.startswith("FREE")
+    assert said.err == ""  # quiet when piped
+    content = json.loads(report.read_text())
+    assert content["status"] == "FREE"
+    assert content["thickness_m"] == 0.1
+    assert content["certificate"]["free"] is True
+    assert content["options"]["selection"] == "independent"
+    assert len(content["history"]) == content["iterations"]
+    assert load_result(out).positions.shape == (6, 3)
+    assert run("certify", step, "--positions", out) == 0
+    assert run("certify", step) == 1
+
+
+def test_detect_lists_pairs_and_says_not_free(step, tmp_path, capsys):
+    assert run("detect", step, "--json", tmp_path / "found.json") == 1
+    assert "vertex_face [3, 0, 1, 2] at t = 0.5" in capsys.readouterr().out
+    found = json.loads((tmp_path / "found.json").read_text())
+    assert found["vertex_face"] + found["edge_edge"] == len(found["first"])
+
+
+def test_plan_says_what_is_left_out(step, tmp_path, capsys):
+    assert run("plan", step, "--json", tmp_path / "plan.json") == 0
+    said = capsys.readouterr().out
+    rows = json.loads((tmp_path / "plan.json").read_text())["plan"]
+    assert all(row["part"] in said and row["reason"] in said for row in rows)
+    assert "pairs at rest      none    still" in said
+
+
+def test_blocked_is_not_free(tmp_path, capsys):
+    save_scene(tmp_path / "step.npz", pinch(-0.05))
+    out, report = tmp_path / "out.npz", tmp_path / "report.json"
+    assert run("resolve", tmp_path / "step.npz", "-o", out, "--json", report) == 1
+    assert "BLOCKED" in capsys.readouterr().out
+    content = json.loads(report.read_text())
+    assert 0.0 < content["time_free"] < 1.0
+    assert content["certificate"]["meeting"]["first"]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["resolve", "STEP", "-o", "OUT", "--thickness", "-1"],
+        ["resolve", "STEP", "-o", "OUT", "--device", "cuda"],
+        ["resolve", "missing.npz", "-o", "OUT"],
+        ["resolve", "STEP", "-o", "nowhere/out.npz"],
+        ["certify", "STEP", "--positions", "missing.npz"],
+    ],
+)
+def test_bad_input_exits_with_two_and_writes_nothing(step, tmp_path, capsys, arguments):
+    names = {"STEP": step, "OUT": tmp_path / "out.npz"}
+    assert run(*[names.get(a, a) for a in arguments]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("izo: ")
+    assert not (tmp_path / "out.npz").exists()
+
+
+def test_a_bad_scene_is_bad_input(tmp_path, capsys):
+    start = np.zeros((4, 3))
+    np.savez(tmp_path / "bad.npz", positions_t0=start, positions_t1=start, faces=[[0, 1, 9]])
+    assert run("detect", tmp_path / "bad.npz") == 2
+    assert "IndexRangeError" in capsys.readouterr().err
+
+
+def test_unknown_words_exit_with_two():
+    with pytest.raises(SystemExit) as caught:
+        run("resolve", "--sideways")
+    assert caught.value.code == 2
+
+
+def test_the_command_itself(step, tmp_path):
+    command = [sys.executable, "-m", "izo_ref.app.cli", "certify", str(step)]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert done.returncode == 1
+    assert "not free" in done.stdout
+    assert done.stderr == ""

@@ -1,0 +1,62 @@
+"""Compiled code is kept on disk, keyed by everything it was made from."""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+
+import izo_ref
+
+PACKAGE = Path(izo_ref.__file__).parent
+
+
+def folder_of(root):
+    code = "import izo_ref.base.compile as j; print(j.CACHE_FOLDER.name)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
+    )
+    return done.stdout.strip()
+
+
+def test_an_edit_of_any_file_gets_a_folder_of_its_own(tmp_path):
+    shutil.copytree(PACKAGE, tmp_path / "izo_ref")
+    before = folder_of(tmp_path)
+    assert folder_of(tmp_path) == before
+    with open(tmp_path / "izo_ref" / "base" / "formulas" / "vec3.py", "a") as file:
+        file.write("# a remark\n")
+    assert folder_of(tmp_path) != before
+
+
+def test_numbas_own_cache_folder_is_left_alone():
+    assert numba.config.CACHE_DIR == ""
+
+
+WHO = """
+import numpy as np
+from numba import get_thread_id, prange
+from izo_ref.base.compile import cpu_kernel
+
+@cpu_kernel
+def who(out):
+    for i in prange(out.shape[0]):
+        out[i] = get_thread_id()
+
+ids = np.zeros(1000, np.int64)
+for launch in (who, who.alone):
+    launch(ids)
+    print(len(set(ids)))
+"""
+
+
+def test_a_kernel_on_all_threads_and_one_alone_are_kept_apart(tmp_path):
+    (tmp_path / "who.py").write_text(WHO)
+    home = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
+    env = os.environ | home | {"NUMBA_NUM_THREADS": "2"}
+    for _ in range(2):  # compiled, then from the disk
+        done = subprocess.run(
+            [sys.executable, "who.py"], cwd=tmp_path, env=env, capture_output=True, text=True
+        )
+        assert done.stdout.split() == ["2", "1"], done.stderr

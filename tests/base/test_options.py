@@ -1,0 +1,52 @@
+import dataclasses
+import inspect
+
+import pytest
+
+from izo_ref import Options
+from izo_ref.base import errors
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("selection", "some"),
+        ("method", "newtonish"),
+        ("preset", "cloth"),
+        ("line_search", "guess"),
+        ("multiplier_update", "sometimes"),
+        ("penalty", "growing"),
+        ("precision", "float16"),
+        ("max_steps", -1),
+        ("max_iterations", -1),
+        ("relinearize", None),
+        ("gap_tolerance", float("nan")),
+        ("violation_tolerance", "1e-9"),
+        ("max_steps", True),
+    ],
+)
+def test_values_that_are_not_offered_are_named(name, value):
+    with pytest.raises(errors.OptionError, match=name):
+        Options(**{name: value})
+
+
+def test_options_are_frozen_and_by_name_only():
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Options().selection = "all"
+    with pytest.raises(TypeError):
+        Options("all")
+
+
+def test_every_option_is_explained():
+    text = inspect.getdoc(Options)  # Python 3.13 takes the indentation away, others do not
+    for field in dataclasses.fields(Options):
+        assert f"\n    {field.name}: " in text
+
+
+def test_options_that_do_not_go_together_are_named():
+    with pytest.raises(errors.OptionError, match="preset: 'icloth' is the method 'chebyshev'"):
+        Options(preset="icloth", method="cg")
+    with pytest.raises(errors.OptionError, match="precision: the method 'auto'"):
+        Options(precision="float32")
+    Options(preset="icloth", method="chebyshev")
+    Options(preset="arcsim", precision="float32")

@@ -1,0 +1,65 @@
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref.base import errors
+from tests.helpers.shapes import grid, two_sheets, vertex_over_face
+
+
+def test_free_and_not_free():
+    scene = vertex_over_face()
+    free = izo_ref.certify_path(scene, scene.positions_t0)
+    assert free.free
+    assert free.time_free == 1.0
+    assert len(free.meeting.nodes) == 0
+    hit = izo_ref.certify_path(scene, scene.positions_t1)
+    assert not hit.free
+    assert hit.time_free == pytest.approx(0.5)
+    assert [3, 0, 1, 2] in hit.meeting.nodes.tolist()
+    assert hit.candidates == hit.vertex_face + hit.edge_edge
+
+
+def test_a_vertex_pushed_through_by_a_hair_is_found():
+    scene = vertex_over_face()
+    end = scene.positions_t0.copy()
+    for height, free in ((1e-9, True), (-1e-9, False), (0.0, False)):
+        end[3, 2] = height
+        assert izo_ref.certify_path(scene, end).free is free
+
+
+def test_layers_that_swapped_are_found_though_both_ends_are_free():
+    """What a test of the end positions alone cannot see."""
+    a, faces = grid(6)
+    start = np.concatenate((a, a + (0.01, 0.02, 0.1)))
+    end = np.concatenate((a + (0.0, 0.0, 0.2), a + (0.01, 0.02, 0.1)))
+    scene = izo_ref.Scene(start, end, np.concatenate((faces, faces + 36)))
+    izo_ref.Scene(end, end, scene.faces)  # the end is free of intersections
+    certificate = izo_ref.certify_path(scene, end)
+    assert not certificate.free
+    assert certificate.time_free == pytest.approx(0.5)
+
+
+def test_it_finds_what_detection_finds(rng):
+    scene = two_sheets(rng)
+    impacts = izo_ref.find_impacts(scene)
+    certificate = izo_ref.certify_path(scene, scene.positions_t1)
+    np.testing.assert_array_equal(certificate.meeting.nodes, impacts.nodes)
+    np.testing.assert_array_equal(certificate.meeting_toi, impacts.toi)
+
+
+def test_a_flat_sheet_that_moves_as_one_is_proved_apart():
+    """Every pair of neighbours is coplanar at all times."""
+    a, faces = grid(12)
+    c, s = np.cos(0.5), np.sin(0.5)
+    turned = a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T + (0.3, 0.2, 0.1)
+    certificate = izo_ref.certify_path(izo_ref.Scene(a, turned, faces), turned)
+    assert certificate.free
+    assert certificate.candidates > 1000
+
+
+def test_bad_positions():
+    scene = vertex_over_face()
+    with pytest.raises(errors.ShapeError, match="positions"):
+        izo_ref.certify_path(scene, scene.positions_t0[:3])
+    with pytest.raises(errors.NonFiniteError, match="positions"):
+        izo_ref.certify_path(scene, np.full_like(scene.positions_t0, np.nan))

@@ -1,0 +1,26 @@
+"""Kernels of the device in Python, on tiny scenes: tests/simulated, in a process of its own."""
+
+import os
+import subprocess
+import sys
+from importlib.util import find_spec
+
+import pytest
+
+from tests.helpers.steps import SEED
+
+LIMIT_S = 300.0  # it takes some 75: what goes on for ever is to end
+
+
+@pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda: izo-ref[cuda]")
+def test_kernels_of_the_device_in_python():
+    simulator = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "IZO_SEED": str(SEED)}
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "tests/simulated"],
+        env=os.environ | simulator,
+        capture_output=True,
+        text=True,
+        timeout=LIMIT_S,
+    )
+    print(done.stdout)
+    assert done.returncode == 0, done.stdout

@@ -1,0 +1,154 @@
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref.base.mesh import edges_of
+from izo_ref.detection import trees as broad
+from izo_ref.detection.trees import Elements, meeting_pairs, vertex_boxes
+from tests.helpers.shapes import grid, two_sheets
+from tests.naive.groups import moving_box_pairs
+
+DTYPES = [np.float32, np.float64]
+
+
+def mesh(rng, n):
+    start, faces = grid(n, jitter=0.1 * rng.normal(size=(n * n, 3)))
+    return start, start + 0.1 * rng.normal(size=start.shape), faces.astype(np.int32)
+
+
+def trees(start, end, *nodes, moved=None, dtype=np.float32):
+    """Trees of elements on the way, all looked at, or those with a moved vertex."""
+    boxes = vertex_boxes(start, end, end, dtype)
+    elements = [Elements(part, start, dtype=dtype) for part in nodes]
+    for part in elements:
+        part.refit(boxes, np.ones(len(start), bool))
+        if moved is not None:
+            part.refit(boxes, moved)
+    return elements
+
+
+def found(a, b):
+    pairs = meeting_pairs(a, b)
+    rows = np.column_stack((a.tree.order[pairs[:, 0]], b.tree.order[pairs[:, 1]]))
+    if a is b:
+        rows.sort(axis=1)
+    assert len(np.unique(rows, axis=0)) == len(rows), "a pair came twice"
+    return {tuple(row) for row in rows.tolist()}
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize("n", [2, 3, 6, 9, 16])
+def test_pairs_are_those_of_all_against_all(rng, n, dtype):
+    start, end, faces = mesh(rng, n)
+    edges = edges_of(faces)
+    vertices = np.arange(len(start), dtype=np.int32)[:, None]
+    e, f, v = trees(start, end, edges, faces, vertices, dtype=dtype)
+    assert found(e, e) == moving_box_pairs(edges, edges, start, end, True)
+    assert found(v, f) == moving_box_pairs(vertices, faces, start, end, False)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+@pytest.mark.parametrize(
+    ("scale", "shift"),
+    [(1e-310, 0.0), (1e-30, 1e3), (1.0, 0.0), (1.0, 1e3), (1.0, 1e9), (1e30, 1e9), (1e306, 0.0)],
+)
+def test_no_pair_is_lost_by_rounding(rng, scale, shift, dtype):
+    """Far from the origin most coordinates are the same in float32: more pairs then, not fewer."""
+    start, end, faces = mesh(rng, 5)
+    start, end = (start + shift) * scale, (end + shift) * scale
+    edges = edges_of(faces)
+    (e,) = trees(start, end, edges, dtype=dtype)
+    assert found(e, e) >= moving_box_pairs(edges, edges, start, end, True)
+
+
+@pytest.mark.parametrize("where", ["start", "end", "both"])
+def test_an_axis_tells_apart_only_if_it_does_all_the_time(where):
+    """Two vertices and a face that pass each other, or that are apart at one end alone."""
+    below, above = np.array([0.2, 0.2, -1.0]), np.array([0.2, 0.2, 1.0])
+    face = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
+    first = above if where == "end" else below
+    last = above if where == "start" else below
+    start, end = np.vstack((face, first)), np.vstack((face, last))
+    v, f = trees(start, end, np.array([[3]], np.int32), np.array([[0, 1, 2]], np.int32))
+    assert found(v, f) == (set() if where == "both" else {(0, 0)})
+
+
+def test_vertices_end_anywhere_in_their_reach(rng):
+    start, end, faces = mesh(rng, 6)
+    edges = edges_of(faces)
+    reach = 0.05 * rng.random((len(start), 1))
+    (e,) = trees(start, end, edges)
+    e.refit(vertex_boxes(start, end - reach, end + reach), np.ones(len(start), bool))
+    pairs = found(e, e)
+    for _ in range(20):
+        other = end + reach * rng.uniform(-1.0, 1.0, end.shape)
+        assert pairs >= moving_box_pairs(edges, edges, start, other, True)
+
+
+@pytest.mark.parametrize("n", [8, 20])
+def test_only_pairs_with_a_moved_vertex_come_back(rng, n):
+    start, end, faces = mesh(rng, n)
+    edges = edges_of(faces)
+    (every,) = trees(start, end, edges)
+    moved = rng.random(len(start)) < 0.05
+    (some,) = trees(start, end, edges, moved=moved)
+    expected = {
+        (i, j) for i, j in found(every, every) if moved[edges[i]].any() or moved[edges[j]].any()
+    }
+    assert 0 < len(expected) < len(found(every, every))
+    assert found(some, some) == expected
+    assert some.in_lanes()[: len(edges)].tolist() == some.with_vertex(moved)[: len(edges)].tolist()
+
+
+def test_a_tree_follows_the_vertices_that_moved(rng):
+    start, end, faces = mesh(rng, 12)
+    edges = edges_of(faces)
+    (e,) = trees(start, start, edges)
+    moved = rng.random(len(start)) < 0.1
+    last = np.where(moved[:, None], end, start)
+    boxes = vertex_boxes(start, last, last)
+    e.refit(boxes, moved)
+    (new,) = trees(start, last, edges, moved=moved)
+    assert found(e, e) == found(new, new)
+
+
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_boxes_that_only_touch_meet(dtype):
+    start = np.array([[0, 0, 0], [1, 1, 0], [1, 1, 0], [2, 2, 0.0]])
+    edges = np.array([[0, 1], [2, 3]], np.int32)
+    (elements,) = trees(start, start, edges, dtype=dtype)
+    assert found(elements, elements) == {(0, 1)}
+    start[2, 0] = np.nextafter(1.0, 2.0)  # the centre is subtracted first
+    (elements,) = trees(start, start, edges, dtype=dtype)
+    assert found(elements, elements) == set()
+
+
+def test_nothing_in_nothing_out():
+    (empty,) = trees(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 2), np.int32))
+    assert found(empty, empty) == set()
+
+
+def test_some_of_the_elements(rng):
+    start, end, faces = mesh(rng, 6)
+    edges = edges_of(faces)
+    ids = np.flatnonzero(rng.random(len(edges)) < 0.5)
+    chosen = Elements(edges, start, ids)
+    chosen.refit(vertex_boxes(start, end, end), np.ones(len(start), bool))
+    (every,) = trees(start, end, edges)
+    own = set(ids.tolist())
+    assert found(chosen, chosen) == {(i, j) for i, j in found(every, every) if {i, j} <= own}
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 10, 64, 101])
+def test_each_chunk_is_searched_once(n):
+    assert sorted(broad.scattered(n).tolist()) == list(range(n))
+
+
+@pytest.mark.parametrize("room", [0, 1, 7])
+def test_what_finds_no_room_is_found_all_the_same(rng, monkeypatch, room):
+    scene = two_sheets(rng)
+    expected = izo_ref.find_impacts(scene)
+    assert len(expected.toi) > 100
+    monkeypatch.setattr(broad, "ROOM", room)
+    for a, b in zip(expected, izo_ref.find_impacts(scene), strict=True):
+        np.testing.assert_array_equal(a, b)

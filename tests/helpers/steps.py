@@ -1,0 +1,9 @@
+"""The shared step files, and the seed of random tests."""
+
+import os
+
+from validation.study import steps
+
+DATA = steps.FOLDER
+load, load_step, peers = steps.load, steps.load_step, steps.peers
+SEED = int(os.environ.get("IZO_SEED", "20240607"))

@@ -1,0 +1,81 @@
+"""Rules of the kernels that a program can check."""
+
+import ast
+
+import pytest
+
+from validation import house
+
+PACKAGE = house.ROOT / "izo_ref"
+DECORATORS = ("cpu_kernel", "light_kernel", "cuda_kernel")
+
+
+def kernels_of(target):
+    """(file, source, node) of each kernel."""
+    for path in sorted(PACKAGE.glob(f"*/{target}/*.py")):
+        text = path.read_text()
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.FunctionDef) and any(
+                getattr(d, "id", "") in DECORATORS for d in node.decorator_list
+            ):
+                yield f"{path.parts[-3]}/{path.name}", ast.get_source_segment(text, node), node
+
+
+def kernels():
+    for target in ("cpu", "cuda"):
+        for file, source, node in kernels_of(target):
+            yield pytest.param(source, node, id=f"{target}/{file}-{node.name}")
+
+
+@pytest.mark.parametrize(("source", "node"), list(kernels()))
+def test_kernels_state_their_contract(source, node):
+    names = [argument.arg for argument in node.args.args]
+    signature = source[: source.index("\n):")]
+    inputs, marked, outputs = signature.partition("# Out:")
+    assert "# In:" in inputs, "inputs come first"
+    assert marked, "then outputs"
+    written = {
+        target.value.id
+        for inner in ast.walk(node)
+        for target in getattr(inner, "targets", [getattr(inner, "target", None)])
+        if isinstance(target, ast.Subscript) and isinstance(target.value, ast.Name)
+    } - {  # shared memory, which a kernel makes itself
+        target.id
+        for inner in ast.walk(node)
+        if isinstance(inner, ast.Assign) and isinstance(inner.value, ast.Call)
+        for target in inner.targets
+        if isinstance(target, ast.Name)
+    }
+    assert all(name.endswith("_out") for name in written), written
+    for name in names:
+        assert f"    {name},  # " in signature, f"{name} has no shape, type or unit"
+        assert name.endswith("_out") == (f"    {name}," in outputs)
+
+
+# what one target has in one launch, and the other not, is none
+TWINS = {
+    "certain_meetings",
+    "closest_frames",
+    "find_contacts",
+    "find_pairs",
+    "morton_codes",
+    "scaled_rows",
+    "solve_lagrangian",
+    "solve_small_zones",
+}
+
+
+def test_twins_have_the_same_contract():
+    def contracts(target):
+        return {
+            (file, node.name): source[: source.index("\n):")].split("\n", 1)[1]
+            for file, source, node in kernels_of(target)
+        }
+
+    on_cpu, on_gpu = contracts("cpu"), contracts("cuda")
+    shared = on_cpu.keys() & on_gpu.keys()
+    assert {name for _, name in shared} == TWINS
+    for name in shared:
+        assert on_cpu[name] == on_gpu[name], name
+    # a name of one target in another file of the other would be a twin that is not found
+    assert not {name for _, name in on_cpu.keys() ^ shared} & {name for _, name in on_gpu}

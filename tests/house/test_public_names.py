@@ -1,0 +1,51 @@
+"""The public names, and what installing the package takes."""
+
+import ast
+import inspect
+import subprocess
+import sys
+import tomllib
+
+import izo_ref
+from validation import house
+
+PACKAGE = house.ROOT / "izo_ref"
+
+
+def test_import_needs_numpy_and_numba_alone():
+    code = (
+        # numba looks for scipy by itself
+        "import sys, numba; before = {m.split('.')[0] for m in sys.modules}; import izo_ref;"
+        "new = {m.split('.')[0] for m in sys.modules} - before - set(sys.stdlib_module_names);"
+        "print(sorted(new))"
+    )
+    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert out.stdout.strip() == "['izo_ref']"
+
+
+def test_every_public_name_says_what_it_is():
+    for name in izo_ref.__all__:
+        thing = getattr(izo_ref, name)
+        if inspect.isfunction(thing) or inspect.isclass(thing):
+            assert thing.__doc__, name
+            assert not thing.__doc__.startswith(name + "("), name  # what a NamedTuple makes up
+
+
+def test_every_folder_of_the_package_is_installed():
+    settings = tomllib.loads((house.ROOT / "pyproject.toml").read_text())
+    folders = {path.parent.relative_to(house.ROOT) for path in PACKAGE.rglob("__init__.py")}
+    names = sorted(".".join(folder.parts) for folder in folders)
+    assert sorted(settings["tool"]["setuptools"]["packages"]) == names
+
+
+def test_the_type_checker_sees_the_names_that_are_imported_when_they_are_used():
+    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    seen = {
+        alias.name: str(node.module).removeprefix("izo_ref.")
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert seen == izo_ref._MODULE_OF
+    assert sorted([*seen, "__version__"]) == sorted(izo_ref.__all__)

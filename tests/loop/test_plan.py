@@ -1,0 +1,171 @@
+"""What is left out changes nothing, and is said."""
+
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref.base.options import RULES, Options
+from izo_ref.detection.components import Parts
+from tests.helpers.shapes import grid, two_sheets, vertex_over_face
+from tests.helpers.steps import load_step
+
+QUICK_STEPS = (
+    "cloth-funnel-clean",
+    "crumple-10k",
+    "ipctd-thick-cloth",
+    "ipctd-two-cubes-far-intersecting",
+    "pinch-blocked-10k",
+    "pinch-free-20k",
+    "sheets-10k",
+    "sphere-10k",
+    "stack-6k",
+)
+SLOW_STEPS = ("sheets-50k", "armadillo-rollers", "cloth-ball-clean")
+
+
+def lines(scene, **options):
+    needed = izo_ref.plan(scene, Options(**options))
+    return {line.part: line for line in needed.lines}
+
+
+def far_apart(*scenes):
+    """One scene of several that cannot meet."""
+    firsts = np.cumsum([0] + [len(scene.masses) for scene in scenes])
+    shifts = 10.0 * np.arange(len(scenes))[:, None] * (1.0, 0.0, 0.0)
+    return izo_ref.Scene(
+        np.concatenate([s.positions_t0 + d for s, d in zip(scenes, shifts, strict=True)]),
+        np.concatenate([s.positions_t1 + d for s, d in zip(scenes, shifts, strict=True)]),
+        np.concatenate([s.faces + k for s, k in zip(scenes, firsts[:-1], strict=True)]),
+        np.concatenate([s.masses for s in scenes]),
+        np.concatenate([s.pinned for s in scenes]),
+    )
+
+
+def same_results(a, b):
+    for x, y in zip(a.impacts, b.impacts, strict=True):
+        np.testing.assert_array_equal(x, y)
+    np.testing.assert_array_equal(a.positions, b.positions)
+    np.testing.assert_array_equal(a.multipliers, b.multipliers)
+    assert a.status is b.status
+    assert [row.found for row in a.history] == [row.found for row in b.history]
+
+
+def check_step(name):
+    scene = load_step(name)
+    needed = izo_ref.resolve(scene, 1e-4)
+    same_results(needed, izo_ref.resolve(scene, 1e-4, options=Options(plan=("closed-form",))))
+    everything = izo_ref.resolve(scene, 1e-4, options=Options(plan="everything"))
+    assert everything.status is needed.status
+    # zones agree to their tolerance, and each is optimal by the same judge
+    assert everything.converged == needed.converged
+    assert everything.objective == pytest.approx(needed.objective, rel=1e-6)
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", QUICK_STEPS)
+def test_same_bits_with_and_without(name):
+    check_step(name)
+
+
+@pytest.mark.data
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SLOW_STEPS)
+def test_same_bits_with_and_without_on_long_steps(name):
+    check_step(name)
+
+
+@pytest.mark.parametrize("left_out", sorted(set(RULES) - {"closed-form"}))
+@pytest.mark.parametrize("pinned_below", [False, True])
+def test_each_rule_alone_changes_no_bit(rng, left_out, pinned_below):
+    scene = two_sheets(rng, pinned_below=pinned_below)
+    scene.positions_t1[::3] = scene.positions_t0[::3]  # so that some vertices rest
+    rules = tuple(rule for rule in RULES if rule != left_out)
+    result = izo_ref.resolve(scene)
+    assert len(result.impacts.toi) > 10
+    same_results(result, izo_ref.resolve(scene, options=Options(plan=rules)))
+
+
+def test_large_zones_that_did_not_change_start_where_they_did(rng):
+    """All zones of more than one impact go the way of large ones, from their last solution."""
+    scene = far_apart(two_sheets(rng), two_sheets(rng, n=6), two_sheets(rng, n=10))
+    rules = tuple(rule for rule in RULES if rule != "changed-zones")
+    once = izo_ref.resolve(scene, options=Options(small_zone=1))
+    again = izo_ref.resolve(scene, options=Options(small_zone=1, plan=rules))
+    same_results(once, again)
+    assert [row.solved for row in again.history] != [row.solved for row in once.history]
+
+
+def test_closed_form_changes_last_digits_only(rng):
+    scene = vertex_over_face()
+    rules = tuple(rule for rule in RULES if rule != "closed-form")
+    a, b = izo_ref.resolve(scene), izo_ref.resolve(scene, options=Options(plan=rules))
+    assert len(a.impacts.toi) == 1
+    np.testing.assert_allclose(a.positions, b.positions, atol=1e-14)
+
+
+def test_nothing_moves_nothing_is_done():
+    scene = vertex_over_face(drop=0.0)
+    assert lines(scene)["detection"].needed == "none"
+    assert lines(scene, plan="everything")["detection"].needed == "all"
+    result = izo_ref.resolve(scene)
+    assert result.certificate.candidates == 0
+    assert result.history[0].candidates == 0
+    np.testing.assert_array_equal(result.positions, scene.positions_t1)
+
+
+def test_a_part_that_nothing_reaches_is_in_no_tree(rng):
+    scene = two_sheets(rng)
+    points, faces = grid(5, 50.0)
+    n = len(scene.positions_t0)
+    start, end = (np.vstack((x, points)) for x in (scene.positions_t0, scene.positions_t1))
+    larger = izo_ref.Scene(start, end, np.vstack((scene.faces, faces + n)))
+    line = lines(larger)["parts in trees"]
+    assert line.needed == "some"
+    assert f"1 of 3 parts, {len(faces)} of {len(larger.faces)} triangles" in line.reason
+    proposed = [izo_ref.certify_path(s, s.positions_t1) for s in (scene, larger)]
+    assert proposed[0].candidates == proposed[1].candidates
+    every = izo_ref.certify_path(larger, end, frozenset())
+    assert every.candidates > proposed[1].candidates
+    for a, b in zip(proposed[1].meeting, every.meeting, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_parts(rng):
+    scene = two_sheets(rng, 4)
+    parts = Parts(len(scene.positions_t0) + 2, scene.faces)
+    assert parts.count == 4  # two sheets, and two vertices in no face
+    assert parts.part.tolist() == [0] * 16 + [1] * 16 + [2, 3]
+    positions = np.vstack((scene.positions_t0, [[5, 5, 5], [9, 9, 9.0]]))
+    low, high = parts.boxes(positions)
+    np.testing.assert_array_equal(low[1], positions[16:32].min(axis=0))
+    np.testing.assert_array_equal(high[0], positions[:16].max(axis=0))
+    moved = positions.copy()
+    moved[32] = (8, 8, 8)
+    assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, True]
+    moved[32] = (9, 9, 9)  # it touches
+    assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, False]
+
+
+def test_the_plan_is_kept_and_prints_itself(rng):
+    scene = two_sheets(rng)
+    result = izo_ref.resolve(scene)
+    assert result.plan == izo_ref.plan(scene)
+    text = str(result.plan)
+    assert len(text.splitlines()) == len(result.plan.lines) + 1
+    for line in result.plan.lines:
+        assert line.part in text
+        assert line.reason in text
+    assert {line.rule for line in result.plan.lines} <= {*RULES, ""}
+
+
+def test_a_rule_that_is_switched_off_leaves_nothing_out(rng):
+    scene = two_sheets(rng)
+    for part, line in lines(scene, plan="everything").items():
+        if lines(scene)[part].rule:
+            assert line.needed == "all"
+
+
+@pytest.mark.parametrize("plan", ["nothing", ("still", "stil")])
+def test_unknown_rules_are_named(plan):
+    with pytest.raises(izo_ref.base.errors.OptionError, match=r"plan.*'(nothing|stil)'"):
+        Options(plan=plan)

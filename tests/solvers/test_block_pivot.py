@@ -1,0 +1,125 @@
+"""Block pivoting: right, or it says that it is not."""
+
+import numpy as np
+import pytest
+
+from izo_ref.base.options import Options
+from izo_ref.solvers.scaled_constraints import scaled_rows
+from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
+from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
+from izo_ref.solvers.serial.constraints import NOT_CONVERGED, SOLVED
+from izo_ref.solvers.solve import solve_system
+from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.system import problem_system
+from tests.helpers.shapes import random_problem
+from validation.scenes.zones import random_zone
+
+
+def pivoted(zone):
+    """Status, multipliers of the unit rows and z, by block pivoting alone."""
+    system, _ = problem_system([zone])
+    rows = scaled_rows(system)
+    n, m = len(system.targets), len(rows.rhs)
+    u, z = np.full(m, np.nan), np.full((n, 3), np.nan)
+    numbers, indices = work_of_block_pivot(m, n)
+    scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
+    unknowns = rows.unknowns, rows.coefficients, system.normals, rows.rhs
+    status, factorizations = block_pivot(
+        0, m, 0, system.vertex_offsets[1], *unknowns, *scratch, u, z.ravel()
+    )
+    assert factorizations >= 1
+    return status, u, z, rows, system
+
+
+def dense(rows, system):
+    full = np.zeros((len(rows.rhs), len(system.targets), 3))
+    for j, nodes in enumerate(rows.unknowns):
+        for k in range(4):
+            if nodes[k] >= 0:
+                full[j, nodes[k]] += rows.coefficients[j, k] * system.normals[j]
+    return full.reshape(len(rows.rhs), -1)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 8, 24, 25, 60, 200])
+def test_conditions_of_optimality(rng, n):
+    zone = random_problem(rng, n)
+    zone.masses[0] = np.inf
+    status, u, z, rows, system = pivoted(zone)
+    assert status == SOLVED
+    matrix = dense(rows, system)
+    size = np.abs(rows.rhs).max()
+    free = system.vertex_offsets[1]
+    np.testing.assert_allclose((matrix.T @ u).reshape(-1, 3)[:free], z[:free], atol=1e-14 * size)
+    slack = matrix[:, : 3 * free] @ z[:free].ravel() - rows.rhs
+    assert (u >= 0.0).all()
+    assert slack.min() >= -1e-14 * size
+    assert np.abs(slack[u > 0.0]).max(initial=0.0) <= 1e-14 * size
+
+
+def test_where_it_gives_up_it_says_so():
+    """Rows nearly parallel, duplicated and opposed, with rhs over many decades: each answer
+    holds, every row to its own rounding, or is none."""
+    statuses = []
+    for number in range(400):
+        zone = random_zone(np.random.default_rng([7, number]), 16, 1e12)
+        status, u, z, rows, system = pivoted(zone)
+        statuses.append(status)
+        if status == SOLVED:
+            matrix = dense(rows, system)
+            size = np.abs(rows.rhs) + np.abs(matrix) @ np.abs(z.ravel())
+            slack = (matrix @ z.ravel() - rows.rhs) / size
+            assert slack.min() >= -1e-14, number
+            assert np.abs(slack[u > 0.0]).max() <= 1e-14, number
+    assert set(statuses) == {SOLVED, NOT_CONVERGED}, "both occur in such zones"
+
+
+@pytest.mark.parametrize("n", [8, 40])
+def test_the_active_set_minds_no_guess(rng, n):
+    """All rows, which has multipliers of both signs, none, and half of them."""
+    zone = random_problem(rng, n)
+    system, _ = problem_system([zone])
+    rows = scaled_rows(system)
+    data = rows.unknowns, rows.coefficients, system.normals, rows.rhs
+    answers = []
+    for guess in (np.zeros(n), np.ones(n), (np.arange(n) % 2).astype(float)):
+        u, z = guess.copy(), np.full((len(system.targets), 3), np.nan)
+        numbers, indices = work_of_active_set(n, len(z))
+        scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
+        status, steps = active_set(0, n, 0, len(z), *data, *scratch, u, z.ravel())
+        assert status == SOLVED
+        assert (u >= 0.0).all()
+        assert steps >= np.count_nonzero(u) - np.count_nonzero(guess)
+        answers.append((u, z))
+    for u, z in answers[1:]:
+        np.testing.assert_allclose(z, answers[0][1], atol=1e-14 * np.abs(rows.rhs).max())
+        np.testing.assert_allclose(u, answers[0][0], atol=1e-13 * np.abs(u).max())
+
+
+def test_what_nothing_satisfies_is_not_solved():
+    rows = [[0, 1, 2, 3]] * 2, [[1.0, -0.2, -0.3, -0.5]] * 2, [[0, 0, 1.0], [0, 0, -1.0]]
+    zone = ZoneProblem(*rows, np.zeros((4, 3)), np.ones(4), 0.1)
+    assert pivoted(zone)[0] == NOT_CONVERGED
+
+
+def test_the_active_set_goes_on_from_its_guess():
+    """Fewer steps than from nothing, and the same answer."""
+    zones = [random_zone(np.random.default_rng([8, number]), 64, 1e3) for number in range(20)]
+    system, _ = problem_system(zones)
+    both = solve_system(system, Options())
+    alone = solve_system(system, Options(method="active-set"))
+    went_on = both.methods == "active-set"
+    assert went_on.sum() > 10
+    assert both.iterations[went_on].sum() < 0.5 * alone.iterations[went_on].sum()
+    size = np.linalg.norm(alone.displacements)
+    assert np.linalg.norm(both.displacements - alone.displacements) <= 1e-13 * size
+
+
+def test_larger_zones_are_solved_on_their_own():
+    zone = random_zone(np.random.default_rng(9), 64, 1e3)
+    system, _ = problem_system([zone])
+    assert solve_system(system, Options(small_zone=64)).methods[0] == "active-set"
+    assert solve_system(system, Options(small_zone=63)).methods[0] == "interior-point"
+    zone = random_problem(np.random.default_rng(9), 64)
+    system, _ = problem_system([zone])
+    assert solve_system(system, Options(small_zone=64)).methods[0] == "block-pivot"
+    assert solve_system(system, Options(small_zone=63)).methods[0] == "apgs"

@@ -1,0 +1,58 @@
+"""Which way a large zone goes, and that both ways end at the optimum."""
+
+import numpy as np
+import pytest
+
+from izo_ref.solvers.large_zone import is_entangled, solve_large_zone
+from izo_ref.solvers.solve import solve_zone
+from tests.helpers.shapes import large_zone, random_problem
+from validation.scenes.piles import chain_zone, stack_zone
+
+
+def test_layers_and_chains_are_not_entangled_and_random_zones_are(rng):
+    assert not is_entangled(large_zone(chain_zone(rng, 500)))
+    assert not is_entangled(large_zone(stack_zone(rng, 5, 12)))
+    assert is_entangled(large_zone(random_problem(rng, 300)))
+
+
+@pytest.mark.parametrize(
+    ("make", "method"), [(random_problem, "apgs"), (chain_zone, "interior-point")]
+)
+def test_both_ways_end_at_the_optimum(rng, make, method):
+    problem = make(rng, 600)
+    found = solve_zone(problem, tolerance=1e-10)
+    assert found.method == method
+    assert found.residuals.solved(1e-10, 1e-10)
+    alone = solve_zone(problem, "interior-point", tolerance=1e-10)
+    assert alone.method == "interior-point"
+    size = np.linalg.norm(alone.displacements)
+    # the root of both gaps
+    assert np.linalg.norm(found.displacements - alone.displacements) <= 4e-5 * size
+
+
+def test_pinned_vertices_do_not_tangle(rng):
+    """All impacts share one pinned vertex: it is no unknown, and no neighbour."""
+    problem = chain_zone(rng, 200)
+    n = len(problem.masses)
+    nodes = problem.nodes.copy()
+    nodes[:, 3] = n
+    targets = np.vstack((problem.targets, problem.targets[-1]))
+    masses = np.append(problem.masses, np.inf)
+    shared = type(problem)(
+        nodes, problem.weights, problem.normals, targets, masses, problem.thickness
+    )
+    assert not is_entangled(large_zone(shared))
+
+
+def test_what_nothing_satisfies_is_said(rng):
+    problem = chain_zone(rng, 50)
+    nodes, weights = (np.concatenate((a, a)) for a in (problem.nodes, problem.weights))
+    normals = np.concatenate((problem.normals, -problem.normals))
+    opposed = type(problem)(
+        nodes, weights, normals, problem.targets, problem.masses, problem.thickness
+    )
+    zone = large_zone(opposed)
+    *_, solved = solve_large_zone(
+        zone, np.zeros(len(zone.rhs)), 1e-9, 1e-9 * problem.thickness, False
+    )
+    assert not solved

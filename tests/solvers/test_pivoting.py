@@ -1,0 +1,106 @@
+"""From a solution with fewer impacts to one with more."""
+
+import numpy as np
+import pytest
+
+from izo_ref.solvers.large_zone import LargeZone, solve_large_zone
+from izo_ref.solvers.pivoting import pivot_from
+from tests.helpers.shapes import large_zone
+from validation.scenes.piles import chain_zone, stack_zone
+
+GAP, VIOLATION = 1e-10, 1e-12  # the second in the unit of rhs, whose largest is some 1e-2
+
+
+def without(zone, rows):
+    """The zone without some rows, (m,) b1."""
+    parts = (zone.nodes, zone.coefficients, zone.normals, zone.rhs, zone.lengths)
+    return LargeZone(*(part[~rows] for part in parts), zone.n_vertices)
+
+
+def repeated(zone):
+    parts = (zone.nodes, zone.coefficients, zone.normals, zone.rhs, zone.lengths)
+    return LargeZone(*(np.concatenate((part, part)) for part in parts), zone.n_vertices)
+
+
+def solved(zone):
+    """z and multipliers by the interior point; 0 for rows that do not hold."""
+    violation_m = VIOLATION * zone.lengths.max()
+    z, u, _, _, done = solve_large_zone(zone, np.zeros(len(zone.rhs)), GAP, violation_m, True)
+    assert done
+    return z, np.where(u > zone.times(z) - zone.rhs, u, 0.0)
+
+
+def start_without(zone, new):
+    """Multipliers of the solution without some rows, (m,) b1."""
+    start = np.zeros(len(new))
+    start[~new] = solved(without(zone, new))[1]
+    return start
+
+
+def assert_same(zone, found, z):
+    """The optimum, to the root of both gaps, and multipliers that prove it."""
+    found_z, u, _ = found
+    assert (u >= 0.0).all()
+    assert (zone.rhs - zone.times(found_z)).max() <= VIOLATION
+    gap = np.sum(u * np.abs(zone.times(found_z) - zone.rhs))
+    assert gap <= GAP * 0.5 * np.sum(found_z**2)
+    assert np.linalg.norm(found_z - z) <= 4.0 * np.sqrt(GAP) * np.linalg.norm(z)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.1, 0.3])
+def test_new_rows_are_taken_in(rng, share):
+    zone = large_zone(chain_zone(rng, 400))
+    z, _ = solved(zone)
+    found = pivot_from(zone, start_without(zone, rng.random(len(zone.rhs)) < share), GAP, VIOLATION)
+    assert found is not None
+    assert_same(zone, found, z)
+
+
+def test_redundant_rows_are_no_hindrance(rng):
+    zone = large_zone(stack_zone(rng, 6, 12))
+    z, u = solved(zone)
+    found = pivot_from(repeated(zone), np.concatenate((u, np.zeros(len(u)))), GAP, VIOLATION)
+    assert found is not None
+    assert_same(repeated(zone), found, z)
+
+
+def test_a_far_start_ends_right_or_not_at_all(rng):
+    zone = large_zone(chain_zone(rng, 400))
+    z, _ = solved(zone)
+    ended = 0
+    for _ in range(20):
+        found = pivot_from(zone, rng.random(len(zone.rhs)), GAP, VIOLATION)
+        if found is not None:
+            ended += 1
+            assert_same(zone, found, z)
+    assert ended > 0
+
+
+def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
+    """Its layers hold each other in many ways: rows on the wrong side change places for long."""
+    zone = large_zone(stack_zone(rng, 6, 12))
+    z, _ = solved(zone)
+    given_up = 0
+    for share in (0.001, 0.01, 0.1):
+        new = rng.random(len(zone.rhs)) < share
+        found = pivot_from(zone, start_without(zone, new), GAP, VIOLATION)
+        if found is None:
+            given_up += 1
+        else:
+            assert_same(zone, found, z)
+    assert given_up > 0
+
+
+def test_what_nothing_satisfies_is_given_up(rng):
+    zone = large_zone(chain_zone(rng, 50))
+    opposed = repeated(zone)._replace(normals=np.concatenate((zone.normals, -zone.normals)))
+    _, u = solved(zone)
+    assert pivot_from(opposed, np.concatenate((u, u)), GAP, VIOLATION) is None
+
+
+def test_the_same_start_ends_in_the_same_bits(rng):
+    zone = large_zone(chain_zone(rng, 400))
+    start = start_without(zone, np.arange(len(zone.rhs)) % 10 == 0)
+    once, again = (pivot_from(zone, start, GAP, VIOLATION) for _ in range(2))
+    np.testing.assert_array_equal(once[0], again[0])
+    np.testing.assert_array_equal(once[1], again[1])

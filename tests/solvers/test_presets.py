@@ -1,0 +1,88 @@
+"""Presets against literal versions, and the parameters that SPEC 4 tabulates."""
+
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref import Options
+from izo_ref.base import errors
+from izo_ref.base.options import LAGRANGIAN, PRESET_METHODS
+from izo_ref.solvers.presets import METHODS, PRESETS, chosen_settings
+from tests.helpers.shapes import problem, random_problem
+from tests.naive import presets
+from tests.naive.qp import dense_rows
+
+
+def by_hand(name, zone, steps):
+    rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.masses))
+    loop = getattr(presets, name)
+    y = zone.targets.ravel()
+    return loop(y, zone.masses, rows, zone.thickness, steps).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(("steps", "atol"), [(1, 1e-14), (2, 1e-14), (5, 1e-9), (13, 1e-6)])
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_take_the_steps_of_those_systems(rng, name, steps, atol):
+    """13 steps see the multipliers of a second inner solve, and Chebyshev's omega change.
+
+    Conjugate gradients on L, which mu = 1e3 makes stiff, amplify rounding a
+    thousandfold in a step.
+    """
+    moved = 0
+    for n in (1, 4, 20):
+        for mass_ratio in (1.0, 30.0):
+            zone = random_problem(rng, n, mass_ratio)
+            found = izo_ref.solve_zone(zone, preset=name, max_steps=steps)
+            expected = by_hand(name, zone, steps)
+            moved += found.iterations == steps
+            np.testing.assert_allclose(found.positions, expected, atol=atol)
+    assert moved >= 2
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_presets_say_that_they_have_not_converged(name):
+    """Masses of a garment and a gap of millimetres, as they would meet them: 100 steps end
+    far from the optimum, and the residuals, which are not the solver's, show it."""
+    zone = problem(masses=[1e-5] * 4, thickness=1e-4)
+    found = izo_ref.solve_zone(zone, preset=name)
+    assert found.iterations <= 100
+    assert found.method == PRESET_METHODS[name]
+    assert not found.residuals.solved(1e-9, 1e-9)
+    assert izo_ref.solve_zone(zone).residuals.solved(1e-9, 1e-9)
+
+
+@pytest.mark.parametrize("name", PRESETS)
+def test_a_preset_fixes_what_it_is_made_of(name):
+    zone = random_problem(np.random.default_rng(3), 8)
+    own = izo_ref.solve_zone(zone, preset=name, max_steps=20)
+    same = izo_ref.solve_zone(
+        zone,
+        PRESET_METHODS[name],
+        "exact",
+        preset=name,
+        max_steps=20,
+        multiplier_update="inner-solve",
+        penalty="grown",
+    )
+    np.testing.assert_array_equal(own.positions, same.positions)
+    other = "lbfgs" if name != "lbfgs" else "cg"
+    with pytest.raises(errors.OptionError, match=f"preset: '{name}'"):
+        izo_ref.solve_zone(zone, other, preset=name)
+
+
+def test_parameters_are_those_of_the_table():
+    xrtailor = chosen_settings(Options(preset="xrtailor"), 1e-4)
+    assert (xrtailor.armijo, xrtailor.shrink, xrtailor.grow) == (0.5, 0.7, 1.0)
+    icloth = chosen_settings(Options(preset="icloth"), 1e-4)
+    assert (icloth.delay, icloth.rho, icloth.smallest_step) == (10, 0.9992, 1e-12)
+    arcsim = chosen_settings(Options(preset="arcsim"), 1e-4)
+    assert (arcsim.eps_x, arcsim.eps_f, arcsim.eps_g) == (1e-6, 1e-12, 1e-6)
+    assert (arcsim.inner_steps, arcsim.every_step) == (10, False)
+    for found in (xrtailor, icloth, arcsim):
+        assert found.max_steps == 100
+    assert {preset.mu for preset in PRESETS.values()} == {1e3}
+
+
+def test_every_method_and_preset_has_parameters():
+    assert tuple(METHODS) == LAGRANGIAN
+    assert {name: preset.method for name, preset in PRESETS.items()} == PRESET_METHODS

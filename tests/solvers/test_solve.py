@@ -1,0 +1,213 @@
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref.base import errors
+from tests.helpers.shapes import ONE, opposed, problem, random_problem
+from tests.helpers.steps import load
+from tests.naive.qp import dense_rows, solve_qp
+
+EXACT_METHODS = ["auto", "active-set", "interior-point"]
+APART = [[0, 0, 0.75], [0, 0, 0], [1, 0, 0], [0, 1, 0.0]]
+
+
+def weighted_distance(zone, a, b):
+    return np.sqrt(np.sum(zone.masses[:, None] * (a - b) ** 2))
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+def test_one_impact_has_a_closed_form(method):
+    one = problem()
+    k = float(np.sum(one.weights[0] ** 2 / one.masses))
+    solution = izo_ref.solve_zone(one, method=method)
+    assert solution.multipliers == pytest.approx([1.5 / k], rel=1e-9)
+    expected = one.targets[:, 2] + 1.5 / k * one.weights[0] / one.masses
+    np.testing.assert_allclose(solution.positions[:, 2], expected, atol=1e-9)
+    np.testing.assert_array_equal(solution.positions[:, :2], one.targets[:, :2])
+    assert solution.residuals.solved(1e-9, 1e-9)
+
+
+def test_one_impact_takes_the_closed_form():
+    assert izo_ref.solve_zone(problem()).method == "closed-form"
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+def test_nothing_to_do(method):
+    solution = izo_ref.solve_zone(problem(targets=APART), method=method)
+    np.testing.assert_array_equal(solution.positions, APART)
+    assert solution.multipliers.tolist() == [0.0]
+
+
+@pytest.mark.parametrize("method", EXACT_METHODS)
+@pytest.mark.parametrize("mass_ratio", [1.0, 1e3, 1e6])
+def test_against_every_active_set(rng, method, mass_ratio):
+    compared = 0
+    for n in (2, 3, 4, 6, 8):
+        for _ in range(4):
+            zone = random_problem(rng, n, mass_ratio)
+            rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.targets))
+            b = np.full(n, zone.thickness)
+            expected = solve_qp(rows, b, zone.masses, zone.targets)
+            found = izo_ref.solve_zone(zone, method=method)
+            if expected is None:
+                continue
+            compared += 1
+            scale = weighted_distance(zone, expected, zone.targets)
+            # the oracle solves in raw units: it is the one that loses digits
+            error = weighted_distance(zone, found.positions, expected)
+            assert error <= 1e-6 * scale + 1e-15
+            assert found.residuals.solved(1e-9, 1e-9)
+    assert compared > 10
+
+
+@pytest.mark.parametrize("method", EXACT_METHODS)
+@pytest.mark.parametrize("n", [1, 4, 16, 64, 256])
+@pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
+def test_random_zones_are_certified(rng, method, n, mass_ratio):
+    zone = random_problem(rng, n, mass_ratio)
+    solution = izo_ref.solve_zone(zone, method=method)
+    assert solution.feasible
+    assert solution.residuals.gap <= 1e-9
+    assert solution.residuals.violation <= 1e-9
+    assert solution.residuals.dual_violation == 0.0
+
+
+@pytest.mark.parametrize("method", EXACT_METHODS)
+def test_redundant_rows(rng, method):
+    """Duplicates, sums of others, and rows that only touch."""
+    for _ in range(5):
+        zone = random_problem(rng, 12)
+        repeated = np.concatenate((np.arange(12), rng.integers(0, 12, 40)))
+        more = izo_ref.ZoneProblem(
+            zone.nodes[repeated],
+            zone.weights[repeated],
+            zone.normals[repeated],
+            zone.targets,
+            zone.masses,
+            zone.thickness,
+        )
+        once = izo_ref.solve_zone(zone, method=method)
+        found = izo_ref.solve_zone(more, method=method)
+        assert found.residuals.solved(1e-9, 1e-9)
+        scale = weighted_distance(zone, once.positions, zone.targets)
+        assert weighted_distance(zone, once.positions, found.positions) <= 1e-5 * scale
+
+
+@pytest.mark.parametrize("method", EXACT_METHODS)
+def test_what_nothing_satisfies_is_said_to_be_infeasible(method):
+    assert not izo_ref.solve_zone(opposed(0.1), method=method).feasible
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+def test_a_row_without_unknowns(method):
+    """Its vertices are pinned: satisfied or not, nothing can be done about it."""
+    pinned = problem(
+        nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
+        weights=ONE["weights"] * 2,
+        normals=ONE["normals"] * 2,
+        targets=[*ONE["targets"], [0, 0, 2.0]],
+        masses=[np.inf] * 4 + [1.0],
+    )
+    assert not izo_ref.solve_zone(pinned, method=method).feasible
+    fine = problem(
+        nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
+        weights=ONE["weights"] * 2,
+        normals=ONE["normals"] * 2,
+        targets=[[0, 0, 3.0], *ONE["targets"][1:], [0, 0, -2.0]],
+        masses=[np.inf] * 4 + [1.0],
+    )
+    solution = izo_ref.solve_zone(fine, method=method)
+    assert solution.feasible
+    np.testing.assert_allclose(solution.positions[4], [0, 0, 0.5], atol=1e-9)
+    np.testing.assert_array_equal(solution.positions[:4], fine.targets[:4])
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+@pytest.mark.parametrize("scale", [1e-6, 1e6])
+def test_units_do_not_matter(rng, method, scale):
+    zone = random_problem(rng, 16)
+    scaled = izo_ref.ZoneProblem(
+        zone.nodes,
+        zone.weights,
+        zone.normals,
+        scale * zone.targets,
+        1e9 * zone.masses,
+        scale * zone.thickness,
+    )
+    a = izo_ref.solve_zone(zone, method=method)
+    b = izo_ref.solve_zone(scaled, method=method)
+    np.testing.assert_allclose(b.positions / scale, a.positions, atol=1e-9)
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+def test_momentum_of_a_zone_without_pinned_vertices(rng, method):
+    for n in (1, 8, 100):
+        zone = random_problem(rng, n)
+        solution = izo_ref.solve_zone(zone, method=method)
+        forces = zone.masses[:, None] * (solution.positions - zone.targets)
+        # rounding of positions of size 0.05 m, not of the displacement
+        assert np.abs(forces.sum(axis=0)).max() <= 1e-15 * len(zone.masses)
+
+
+def test_gradient_converges_to_the_same_answer(rng):
+    for n in (2, 16, 64):
+        zone = random_problem(rng, n)
+        exact = izo_ref.solve_zone(zone)
+        found = izo_ref.solve_zone(zone, method="gradient")
+        scale = weighted_distance(zone, exact.positions, zone.targets)
+        assert weighted_distance(zone, exact.positions, found.positions) <= 1e-5 * scale
+        assert found.residuals.gap <= 1e-9
+
+
+@pytest.mark.parametrize("method", ["auto", "interior-point"])
+@pytest.mark.parametrize("angle", [1e-5, 4e-7])
+def test_a_wedge_is_infeasible_rather_than_flung_away(method, angle):
+    """Two rows nearly opposed: they meet five kilometres off, or two hundred metres."""
+    zone = izo_ref.ZoneProblem(
+        [[0, 1, 2, 3], [0, 1, 2, 3]],
+        [[1.0, -0.3, -0.3, -0.4]] * 2,
+        [[0, 0, 1.0], [np.sin(angle), 0, -np.cos(angle)]],
+        np.zeros((4, 3)),
+        [1.0, np.inf, np.inf, np.inf],
+        1e-3,
+    )
+    assert not izo_ref.solve_zone(zone, method=method).feasible
+
+
+def test_gradient_goes_on_where_a_step_ends_at_the_minimum(rng):
+    for _ in range(20):
+        corners = rng.dirichlet([1.0, 1.0, 1.0])
+        zone = problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
+        found = izo_ref.solve_zone(zone, method="gradient")
+        assert found.residuals.solved(1e-9, 1e-9)
+
+
+@pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
+def test_no_impacts(method):
+    zone = problem(nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3)))
+    solution = izo_ref.solve_zone(zone, method=method)
+    np.testing.assert_array_equal(solution.positions, zone.targets)
+    assert solution.residuals.solved(1e-9, 1e-9)
+
+
+def test_options_are_checked():
+    with pytest.raises(errors.OptionError, match="newtonish"):
+        izo_ref.solve_zone(problem(), method="newtonish")
+    with pytest.raises(errors.OptionError, match="line_search"):
+        izo_ref.solve_zone(problem(), line_search="guess")
+    with pytest.raises(errors.OptionError, match="xrtailor"):
+        izo_ref.solve_zone(problem(), method="interior-point", preset="xrtailor")
+
+
+@pytest.mark.data
+@pytest.mark.parametrize("name", ["first", "last"])
+def test_large_real_zones_with_redundant_rows(name):
+    """23,958 and 43,036 impacts; optimum of sum m |dx|^2 recorded from another solver."""
+    arrays = load(f"zone-armadillo-{name}")
+    keys = ("nodes", "weights", "normals", "targets", "masses", "thickness")
+    zone = izo_ref.ZoneProblem(*[arrays[key] for key in keys])
+    solution = izo_ref.solve_zone(zone)
+    assert solution.residuals.solved(1e-9, 1e-9)
+    value = np.sum(zone.masses[:, None] * (solution.positions - zone.targets) ** 2)
+    recorded = {"first": 1.8456319770, "last": 2.3204703848}[name]
+    assert value == pytest.approx(recorded, rel=1e-9)

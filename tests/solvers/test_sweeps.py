@@ -1,0 +1,88 @@
+"""Projected Gauss-Seidel: against the literal method, and where it ends."""
+
+import numpy as np
+import pytest
+
+import izo_ref
+from izo_ref.base.options import SWEEPS
+from tests.helpers.shapes import random_problem
+from tests.naive.qp import dense_rows
+from validation.scenes.zones import random_zone
+
+
+def swept_by_hand(zone, count):
+    """Displacements after some sweeps over the rows as they are, in dense algebra."""
+    n = len(zone.masses)
+    rows = dense_rows(zone.nodes, zone.weights, zone.normals, n)
+    inverse = np.repeat(1.0 / zone.masses, 3)
+    right = zone.thickness - rows @ zone.targets.ravel()
+    multipliers = np.zeros(len(rows))
+    for _ in range(count):
+        for j, row in enumerate(rows):
+            moved = inverse * (rows.T @ multipliers)
+            step = (right[j] - row @ moved) / (row @ (inverse * row))
+            multipliers[j] = max(multipliers[j] + step, 0.0)
+    return (inverse * (rows.T @ multipliers)).reshape(n, 3), multipliers
+
+
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_sweeps_are_those_of_the_literal_method(rng, count):
+    for n in (1, 5, 30):
+        zone = random_problem(rng, n)
+        found = izo_ref.solve_zone(zone, "pgs", max_steps=count, tolerance=0.0)
+        moves, multipliers = swept_by_hand(zone, count)
+        np.testing.assert_allclose(found.displacements, moves, atol=1e-13 * np.abs(moves).max())
+        np.testing.assert_allclose(
+            found.multipliers, multipliers, atol=1e-12 * np.abs(multipliers).max()
+        )
+
+
+@pytest.mark.parametrize("method", SWEEPS)
+@pytest.mark.parametrize("n", [1, 4, 16, 64])
+def test_converges_to_the_optimum(rng, method, n):
+    for ratio in (1.0, 1e6):
+        zone = random_problem(rng, n, ratio)
+        found = izo_ref.solve_zone(zone, method)
+        assert found.residuals.solved(1e-9, 1e-9)
+        assert found.method == method
+        exact = izo_ref.solve_zone(zone)
+        scale = np.abs(exact.displacements).max()
+        # a gap of 1e-9 of the objective is a distance of its root
+        assert np.abs(found.displacements - exact.displacements).max() <= 1e-3 * scale
+
+
+def test_acceleration_pays_where_rows_are_many():
+    steps = {}
+    for method in SWEEPS:
+        zone = random_zone(np.random.default_rng(3), 200, 1e3)
+        steps[method] = izo_ref.solve_zone(zone, method, tolerance=1e-4).iterations
+    assert steps["apgs"] < 0.7 * steps["pgs"]
+
+
+@pytest.mark.parametrize("method", SWEEPS)
+def test_what_has_not_converged_is_said(method):
+    zone = random_zone(np.random.default_rng(4), 64, 1e3)
+    found = izo_ref.solve_zone(zone, method, max_steps=3)
+    assert found.iterations == 3
+    assert not found.residuals.solved(1e-9, 1e-9)
+    assert np.isfinite(found.residuals.gap)
+
+
+@pytest.mark.parametrize("method", SWEEPS)
+def test_trace(rng, method):
+    zone = random_problem(rng, 40)
+    found = izo_ref.solve_zone(zone, method, trace=True, max_steps=500)
+    assert found.trace.shape == (found.iterations, 2)
+    objective = 0.5 * np.sum(zone.masses[:, None] * found.displacements**2)
+    assert found.trace[-1, 0] == pytest.approx(objective, rel=1e-12)
+    assert found.trace[-1, 1] == pytest.approx(found.residuals.violation_m, abs=1e-13)
+    assert found.trace[0, 1] > found.trace[-1, 1]
+
+
+@pytest.mark.parametrize("method", SWEEPS)
+def test_single_precision_ends_near(rng, method):
+    zone = random_problem(rng, 20, 1e6)
+    found = izo_ref.solve_zone(zone, method, precision="float32", max_steps=2000, tolerance=1e-5)
+    exact = izo_ref.solve_zone(zone)
+    scale = np.abs(exact.displacements).max()
+    assert 1e-12 * scale < np.abs(found.displacements - exact.displacements).max() <= 1e-3 * scale

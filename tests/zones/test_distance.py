@@ -1,0 +1,201 @@
+import math
+
+import numpy as np
+import pytest
+
+import izo_ref
+from tests.helpers.shapes import random_problem
+from validation.oracles.rational import ExactZone, active_rows, to_float
+from validation.scenes.zones import random_zone
+
+
+def exact(problem, multipliers):
+    zone = ExactZone(problem)
+    optimum = zone.solve(active_rows(multipliers))
+    return zone, optimum, zone.distance(optimum.moves, zone.still)
+
+
+def off_by(rng, problem, moves, size):
+    """Displacements at a random distance of `size` in the norm of the masses."""
+    offset = rng.normal(size=moves.shape) / np.sqrt(problem.masses)[:, None]
+    return moves + offset * size / math.sqrt((problem.masses[:, None] * offset**2).sum())
+
+
+def independent(problem, solution):
+    """Whether the different rows that are active are well away from dependent."""
+    touching = problem.gaps(solution.positions) < 1e-6 * problem.thickness
+    rows = np.flatnonzero((solution.multipliers > 0.0) | touching)
+    entries = np.zeros((len(rows), len(problem.masses), 3))
+    terms = problem.weights[rows, :, None] * problem.normals[rows, None, :]
+    np.add.at(entries, (np.arange(len(rows))[:, None], problem.nodes[rows]), terms)
+    matrix = (entries / np.sqrt(problem.masses)[:, None]).reshape(len(rows), -1)
+    matrix = np.unique(matrix / np.linalg.norm(matrix, axis=1, keepdims=True), axis=0)
+    return np.linalg.svd(matrix, compute_uv=False)[-1] > 1e-3
+
+
+@pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
+@pytest.mark.parametrize("n_impacts", [1, 4, 16, 48])
+def test_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_ratio):
+    """Against the exact optimum, from far to near, with multipliers that are off as well.
+
+    Rows that are dependent, or nearly so, leave a floor of some 2e-7 of the whole, the
+    square root of the rounding; so those are asked from 1e-5 on only.
+    """
+    for _ in range(4):
+        problem = random_zone(rng, n_impacts, mass_ratio)
+        solution = izo_ref.solve_zone(problem, tolerance=1e-12)
+        zone, optimum, size = exact(problem, solution.multipliers)
+        moves = to_float(optimum.moves)
+        pushes = to_float([optimum.multipliers])[0]
+        near = (1e-6, 1e-9, 1e-11) if independent(problem, solution) else ()
+        for relative in (1.0, 1e-1, 1e-3, 1e-5, *near):
+            at = off_by(rng, problem, moves, relative * size)
+            noise = 1.0 + 0.1 * relative * rng.normal(size=n_impacts)
+            bound = izo_ref.distance_bound(problem, problem.targets + at, pushes * noise, at)
+            true = zone.distance(at, optimum.moves)
+            assert bound >= true
+            if relative <= 1e-3:
+                assert bound <= 10.0 * true, (relative, bound / true)
+
+
+def test_never_below_it_whatever_the_multipliers(rng):
+    for _ in range(100):
+        problem = random_zone(rng, int(rng.integers(1, 12)), 10.0 ** rng.uniform(0, 12))
+        solution = izo_ref.solve_zone(problem, tolerance=1e-12)
+        zone, optimum, size = exact(problem, solution.multipliers)
+        moves = off_by(rng, problem, to_float(optimum.moves), size * 10.0 ** rng.uniform(-14, 0))
+        guesses = (
+            np.zeros(len(problem.nodes)),
+            rng.exponential(size=len(problem.nodes)) * solution.multipliers.max(),
+            -solution.multipliers,
+            solution.multipliers * (rng.random(len(problem.nodes)) < 0.7),
+        )
+        for guess in guesses:
+            bound = izo_ref.distance_bound(problem, problem.targets + moves, guess, moves)
+            assert bound >= zone.distance(moves, optimum.moves)
+
+
+def test_what_solvers_return_is_as_close_as_rounding_allows(rng):
+    """Independent rows: 1e-12 is proved. Nearly dependent ones: the square root of rounding
+    over how nearly, so much less."""
+    proved = 0
+    for _ in range(40):
+        problem = random_zone(rng, int(rng.integers(1, 40)), 10.0 ** rng.uniform(0, 12))
+        solution = izo_ref.solve_zone(problem, tolerance=1e-12)
+        zone, optimum, size = exact(problem, solution.multipliers)
+        bound = izo_ref.distance_bound(
+            problem, solution.positions, solution.multipliers, solution.displacements
+        )
+        assert zone.distance(solution.displacements, optimum.moves) <= bound
+        limit = 1e-12 if independent(problem, solution) else 1e-3
+        assert bound <= limit * size
+        proved += limit == 1e-12
+    assert proved > 10
+
+
+def test_pinned_vertices_and_hopeless_rows(rng):
+    problem = random_zone(rng, 6, 10.0)
+    masses = problem.masses.copy()
+    masses[:2] = np.inf
+    parts = (problem.nodes, problem.weights, problem.normals, problem.targets)
+    pinned = izo_ref.ZoneProblem(*parts, masses, problem.thickness)
+    solution = izo_ref.solve_zone(pinned, tolerance=1e-12)
+    zone, optimum, _ = exact(pinned, solution.multipliers)
+    bound = izo_ref.distance_bound(pinned, solution.positions, solution.multipliers)
+    assert zone.distance(zone.moves(solution.positions), optimum.moves) <= bound < 1e-6
+
+    held = izo_ref.ZoneProblem(*parts, np.full(len(masses), np.inf), problem.thickness)
+    assert izo_ref.distance_bound(held, held.targets, np.zeros(6)) == math.inf
+
+
+ONE = {
+    "nodes": [[0, 1, 2, 3]],
+    "weights": [[1.0, -0.25, -0.25, -0.5]],
+    "normals": [[0.0, 0.0, 1.0]],
+    "targets": [[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
+    "masses": [1.0, 1.0, 1.0, 1.0],
+    "thickness": 1e-3,
+}
+
+
+def bound_of(displacements, multipliers=None, **changes):
+    """The bound, never below the exact distance, for one problem and displacements."""
+    problem = izo_ref.ZoneProblem(**(ONE | changes))
+    displacements = np.array(displacements, float)
+    if multipliers is None:
+        multipliers = np.zeros(len(problem.nodes))
+    positions = problem.targets + displacements
+    bound = izo_ref.distance_bound(problem, positions, np.array(multipliers), displacements)
+    zone = ExactZone(problem)
+    optimum = zone.solve()
+    if optimum is None:
+        assert bound == math.inf
+    else:
+        assert zone.distance(displacements, optimum.moves) <= bound
+    return bound
+
+
+STILL = np.zeros((4, 3))
+
+
+def test_an_obstacle_that_was_moved_gives_no_bound():
+    """Or the problem would be another one, with the obstacle out of the way."""
+    moved = STILL.copy()
+    moved[1:, 2] = -1.0
+    masses = [1.0, np.inf, np.inf, np.inf]
+    assert bound_of(moved, masses=masses) == math.inf
+    assert bound_of(STILL, masses=masses) == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("size", [1e155, 1e300, 1e-155, 1e-300])
+def test_numbers_that_over_or_underflow_when_squared(size):
+    bound_of(STILL, normals=[[0.0, 0.0, size]])
+    bound_of(STILL, masses=[size, 1.0, 1.0, 1.0])
+    scaled = size * np.array(ONE["targets"])
+    if size < 1.0:
+        bound_of(STILL, targets=scaled, thickness=1e-3 * size)
+
+
+def test_a_free_vertex_with_hardly_any_weight():
+    """Its row is 1e-165 long, so that its square vanishes; nothing else can move."""
+    free = {
+        "targets": [[0, 0, 0.3], [0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]],
+        "weights": [[1.0, -1.0, -1e-165, 0.0]],
+        "masses": [np.inf, np.inf, 1.0, np.inf],
+        "thickness": 0.3 - 0.1,
+    }
+    bound_of(STILL, **free)
+
+
+def test_impacts_that_name_a_vertex_twice_give_no_bound():
+    repeated = {"nodes": [[0, 0, 1, 1]], "weights": [[1.0, -0.9, -0.1, 0.0]]}
+    assert bound_of(STILL, **repeated) == math.inf
+
+
+def test_a_zone_without_impacts_is_left_where_it_is():
+    nothing = {"nodes": np.empty((0, 4), int), "weights": np.empty((0, 4))}
+    moved = STILL.copy()
+    moved[2] = 3.0, 0.0, 4.0
+    bound = bound_of(moved, normals=np.empty((0, 3)), masses=[1.0, 1.0, 4.0, 1.0], **nothing)
+    assert bound == pytest.approx(10.0)
+
+
+def test_no_bound_where_nothing_is_known(rng):
+    problem = random_problem(rng, 3)
+    nothing = np.zeros(3)
+    assert izo_ref.distance_bound(problem, problem.targets * np.nan, nothing) == math.inf
+    assert izo_ref.distance_bound(problem, problem.targets, nothing * np.nan) == math.inf
+    moved = np.full_like(problem.targets, np.inf)
+    assert izo_ref.distance_bound(problem, problem.targets, nothing, moved) == math.inf
+    moved[:] = np.nan
+    assert izo_ref.distance_bound(problem, problem.targets, nothing, moved) == math.inf
+    opposed = izo_ref.ZoneProblem(
+        np.repeat(problem.nodes[:1], 2, axis=0),
+        np.repeat(problem.weights[:1], 2, axis=0),
+        [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]],
+        problem.targets,
+        problem.masses,
+        problem.thickness,
+    )
+    assert ExactZone(opposed).solve() is None
+    assert izo_ref.distance_bound(opposed, opposed.targets, np.ones(2)) == math.inf
