@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.certificate.cpu.meetings import certain_meetings
+from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.detection.serial.tree import box_of, meeting_lanes
 from tests.helpers.shapes import two_sheets, vertex_over_face
 from validation.oracles.rational import ExactZone, active_rows
@@ -85,7 +85,7 @@ def test_a_violation_does_not_hide_a_gap():
         [1.0, np.inf, np.inf, np.inf, 1.0],
         1.0,
     )
-    positions = zone.targets.copy()
+    positions = zone.proposed.copy()
     positions[[0, 4], 2] = 0.5, 1.5
     found = izo_ref.residuals(zone, positions, np.array([1.0, 1.0]))
     primal = 0.5 * (0.5**2 + 1.5**2)
@@ -108,11 +108,11 @@ def test_a_bound_on_the_distance_holds_where_rounding_is_all_there_is(rng):
         weights = np.append(1.0, -rng.dirichlet([1.0, 1.0, 1.0]))
         normal = rng.normal(size=3)
         normal /= np.linalg.norm(normal)
-        targets = rng.normal(size=(4, 3))
-        gap = normal @ (weights @ targets)
+        proposed = rng.normal(size=(4, 3))
+        gap = normal @ (weights @ proposed)
         if gap < 0.1:
             continue
-        parts = ([[0, 1, 2, 3]], [weights], [normal], targets, np.ones(4), gap + 1e-9)
+        parts = ([[0, 1, 2, 3]], [weights], [normal], proposed, np.ones(4), gap + 1e-9)
         problem = izo_ref.ZoneProblem(*parts)
         found = izo_ref.solve_zone(problem)
         zone = ExactZone(problem)
@@ -166,5 +166,5 @@ def test_a_coplanar_moment_beside_each_other_is_no_certain_meeting(is_edge_edge,
     for order in ([0, 1, 2, 3], [2, 3, 0, 1]) if is_edge_edge else ([0, 1, 2, 3], [0, 3, 1, 2]):
         found = np.empty(1, bool)
         nodes, kind = np.array([order], np.int32), np.array([is_edge_edge])
-        certain_meetings(start, end, nodes, kind, np.array([0.5]), found)
+        decide_meetings(start, end, nodes, kind, np.array([0.5]), found)
         assert bool(found[0]) is meets

@@ -6,7 +6,6 @@ from pathlib import Path
 
 from izo_ref.app.files import check_writable, replacing, save_json
 from izo_ref.base.errors import IzoError
-from izo_ref.zones.problem import ZoneProblem
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
 REPORTS = Path("reports")
@@ -61,7 +60,7 @@ def _zones(args):
         for name in ("armadillo-rollers", "sheets-50k"):
             rows["steps"] += zones.step_zone_rows(name, steps.load_step(name))
         for name in ("zone-armadillo-first", "zone-armadillo-last"):
-            rows["steps"] += zones.problem_rows(name, ZoneProblem(**steps.load(name)))
+            rows["steps"] += zones.problem_rows(name, steps.load_zone(name))
     zones_report(args.output / "zones.md", "python -m validation zones", rows)
     print(args.output / "zones.md")
     return PASSED

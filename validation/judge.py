@@ -137,7 +137,7 @@ def zones(scene, result, options: Options):
         problem = zone_problem(scene, result.impacts, grouped, zone, result.thickness)
         positions, multipliers = result.positions[vertices], result.multipliers[own]
         judged = residuals(problem, positions, multipliers)
-        length = mass_norm(problem.masses, positions - problem.targets)
+        length = mass_norm(problem.masses, positions - problem.proposed)
         bound = distance_bound(problem, positions, multipliers)
         rows.append(
             {
@@ -198,7 +198,7 @@ def _relative_error(oracle, row):
     answer = solvers[oracle](problem)
     if not np.isfinite(answer.displacements).all():
         return None
-    offsets = row["positions"] - problem.targets - answer.displacements
+    offsets = row["positions"] - problem.proposed - answer.displacements
     size = mass_norm(problem.masses, answer.displacements)
     error = mass_norm(problem.masses, offsets)
     return error / size if size > 0.0 else float(error > 0.0)

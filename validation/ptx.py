@@ -36,7 +36,7 @@ FRAMES = {
     "the cost is not measured yet",
 }
 # A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
-PARAMETER = re.compile(r"^    (\w+),  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
+PARAMETER = re.compile(r"^    (\w+)(?:: [\w.]+)?,  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
 FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+))?", re.M)
 SCALARS = {"int": "i8", "float": "f8", "bool": "b1"}
 

@@ -18,8 +18,8 @@ from izo_ref.scene import Scene
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
 
-MANY = 300  # impacts: more than a small zone has
-ENOUGH = 150  # impacts: work for all threads, in a small zone
+LARGE_IMPACTS = 300  # impacts: more than a small zone has
+PARALLEL_IMPACTS = 150  # impacts: work for all threads, in a small zone
 
 
 class CacheFolder(NamedTuple):
@@ -61,12 +61,12 @@ def _small_zones():
 
 
 def _large_zones():
-    solve_zone(_chain(MANY))
-    solve_zone(_chain(MANY), "interior-point")
+    solve_zone(_chain(LARGE_IMPACTS))
+    solve_zone(_chain(LARGE_IMPACTS), "interior-point")
 
 
 def _rest():
-    solve_zone(_chain(ENOUGH))
+    solve_zone(_chain(PARALLEL_IMPACTS))
     resolve(_tetrahedra_scene(), 1e-3)
 
 
@@ -153,8 +153,8 @@ def _chain(n) -> ZoneProblem:
     nodes = np.arange(n)[:, None] * 2 + np.arange(4)
     weights = np.tile([0.5, 0.5, -0.5, -0.5], (n, 1))
     normals = np.tile([0.0, 0.0, 1.0], (n, 1))
-    targets = np.zeros((2 * n + 2, 3))
-    targets[:, 2] = np.sin(np.arange(2 * n + 2))
+    proposed = np.zeros((2 * n + 2, 3))
+    proposed[:, 2] = np.sin(np.arange(2 * n + 2))
     return ZoneProblem(
-        nodes.astype(np.int32), weights, normals, targets, np.ones(len(targets)), 1e-3
+        nodes.astype(np.int32), weights, normals, proposed, np.ones(len(proposed)), 1e-3
     )

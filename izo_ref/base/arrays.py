@@ -4,7 +4,7 @@ The type checker knows them as numpy arrays of a dtype. Shapes are for the reade
 where arrays come in (`base/checks.py`).
 """
 
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,3 +22,8 @@ Flags: TypeAlias = NDArray[np.bool_]  # (n,) b1
 Indices: TypeAlias = NDArray[np.int64]  # (n,) i8, of the elements of another array
 Offsets: TypeAlias = NDArray[np.int64]  # (n + 1,) i8, where each block begins, and the end
 Floats: TypeAlias = NDArray[np.float64]  # f8, of the shape that is stated beside
+Ints: TypeAlias = NDArray[np.int32]  # i4, of the shape that is stated beside
+Codes: TypeAlias = NDArray[np.int8]  # (n,) i1, methods or statuses
+AnyFloats: TypeAlias = NDArray[np.floating[Any]]  # f4 or f8, as the caller chose
+AnyInts: TypeAlias = NDArray[np.integer[Any]]  # whole numbers of a width that is stated beside
+GpuArray: TypeAlias = Any  # in the memory of a GPU; numba-cuda has no types for it

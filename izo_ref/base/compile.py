@@ -1,22 +1,26 @@
 """The only place with compile options.
 
-Two decorators: `compiled` for `scalar/` and `serial/` (one thread, callable from
-every target) and `cpu_kernel` for `cpu/` (parallel over `prange`).
+`compiled` and `inlined` are for `formulas/` and `serial/`: one thread, callable from every target.
+`cpu_kernel` and `light_kernel` are for `cpu/`.
 
-* `fastmath` is off: it drops NaN checks and re-orders sums, and the rounding bounds of
-  `scalar/` are proved for the order that is written.
-* `error_model="numpy"`: x / 0.0 is inf or NaN, on every target, instead of an exception.
-* Compiled code is kept on disk. numba's cache does not see edits in imported files, so
-  the folder is named by a digest of all sources of the package and of the versions.
+* `fastmath` is off. It would drop the checks for NaN and re-order sums, and the rounding bounds of
+  `formulas/` are proved for the written order.
+* `error_model="numpy"`: x / 0.0 is inf or NaN on every target, instead of an exception.
+* Compiled code is kept on disk. numba's cache does not see edits in imported files, so the name of
+  the folder is a digest of all sources of the package and of the versions.
 """
+
+from __future__ import annotations
 
 import functools
 import hashlib
 import os
 import platform
 import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, Protocol, TypeVar, cast
 
 import llvmlite
 import numba
@@ -24,10 +28,26 @@ import numpy as np
 from numba import njit
 from numba.core import config
 
-# numba's `workqueue` threading layer must not be entered by two threads at once, and
-# which layer is found depends on the machine. Kernels use every core anyway, so one at a
-# time loses nothing.
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+# numba's `workqueue` threading layer must not be entered by two threads at once, and the layer
+# that is used depends on the machine. A kernel uses every core anyway, so launching one at a time
+# loses nothing.
 _LAUNCH = threading.RLock()
+
+
+class CpuKernel(Protocol):
+    """A kernel of the CPU.
+
+    Attributes:
+        alone: The same loop on one thread.
+    """
+
+    alone: Callable[..., None]
+
+    def __call__(self, *arguments: Any) -> None:
+        """Run the kernel on all threads."""
+        ...
 
 
 def _cache_folder() -> Path:
@@ -42,8 +62,14 @@ def _cache_folder() -> Path:
 
 
 @contextmanager
-def setting(config, name, value):
-    """A setting of numba for as long as the block runs."""
+def setting(config: Any, name: str, value: Any) -> Iterator[None]:
+    """Change a setting of numba while a block runs.
+
+    Args:
+        config: `numba.core.config`, or that of numba-cuda.
+        name: The setting.
+        value: Its value in the block.
+    """
     before = getattr(config, name)
     setattr(config, name, value)
     try:
@@ -56,11 +82,12 @@ CACHE_FOLDER = _cache_folder()
 
 
 def anything_compiled() -> bool:
-    """Whether there is compiled code of these sources; numba makes the folder beforehand."""
+    """Return whether the cache has compiled code of these sources."""
+    # numba makes the folder before it compiles, so the folder alone says nothing
     return next(CACHE_FOLDER.rglob("*.nbi"), None) is not None
 
 
-def _njit(function, folder=CACHE_FOLDER, **options):
+def _njit(function: Function, folder: Path = CACHE_FOLDER, **options: Any) -> Function:
     # numba reads the folder when a function is decorated
     with setting(config, "CACHE_DIR", str(folder)):
         return njit(
@@ -68,46 +95,49 @@ def _njit(function, folder=CACHE_FOLDER, **options):
             error_model="numpy",
             fastmath=False,
             nogil=True,
-            no_cfunc_wrapper=True,  # a tenth of the compile time, and nobody calls from C
+            no_cfunc_wrapper=True,  # saves a tenth of the compile time; no C code calls these
             **options,
         )(function)
 
 
-def compiled(function):
-    """Compile for one thread; `scalar/` and `serial/` use nothing else."""
+def compiled(function: Function) -> Function:
+    """Compile a function of `formulas/` or `serial/` for one thread."""
     return _njit(function)
 
 
-def inlined(function):
-    """The same, put where it is called: for what takes less time than a call."""
+def inlined(function: Function) -> Function:
+    """Compile a function that takes less time than a call, and put it where it is called."""
     return _njit(function, forceinline=True)
 
 
-def _kernel(function, **options):
+def _kernel(function: Callable[..., None], **options: Any) -> Callable[..., None]:
     kernel = _njit(function, **options)
 
     @functools.wraps(function)
-    def launch(*arrays):
+    def launch(*arguments: Any) -> None:
         with _LAUNCH:
-            return kernel(*arrays)
+            return kernel(*arguments)
 
     return launch
 
 
-def cpu_kernel(function):
-    """Compile a kernel over `prange`; launches are serialised over Python threads.
+def cpu_kernel(function: Callable[..., None]) -> CpuKernel:
+    """Compile a kernel over `prange`; one launch runs at a time.
 
-    Its `.alone` is the same loop on one thread, compiled for itself: waking the others takes
-    microseconds, and on a busy machine milliseconds. A scene with little to do needs no other,
-    and a loop over threads takes several times as long to compile.
+    Its `.alone` is the same loop on one thread, compiled separately. Waking the other threads takes
+    microseconds, and milliseconds on a busy machine. A scene with little work needs only `.alone`,
+    which compiles several times as fast.
     """
-    launch = _kernel(function, parallel=True)
-    # numba's cache tells functions apart by name and signature, not by options
+    launch = cast(CpuKernel, _kernel(function, parallel=True))
+    # numba's cache tells functions apart by name and signature, and not by options
     launch.alone = _kernel(function, folder=CACHE_FOLDER / "alone")
     return launch
 
 
-def light_kernel(function):
-    """A kernel whose `prange` is a plain loop: it has so little to do that threads gain
-    less than they take to compile, which is twice as long."""
+def light_kernel(function: Callable[..., None]) -> Callable[..., None]:
+    """Compile a kernel whose `prange` is a plain loop.
+
+    It does so little work that threads would gain less than their compile time costs, which is
+    twice as long.
+    """
     return _kernel(function)

@@ -36,7 +36,7 @@ def empty(shape, dtype):
         ) from error
 
 
-def on_device(array):
+def to_gpu(array):
     """A copy on the device."""
     result = empty(array.shape, array.dtype)
     if array.size:
@@ -44,7 +44,7 @@ def on_device(array):
     return result
 
 
-def copied(array):
+def copy(array):
     """Another array of the device with the same content."""
     result = empty(array.shape, array.dtype)
     if array.size:
@@ -52,14 +52,14 @@ def copied(array):
     return result
 
 
-def on_host(array):
+def to_cpu(array):
     """A copy of the processor."""
     if array.size == 0:
         return np.empty(array.shape, array.dtype)
     return array.copy_to_host()
 
 
-def filled(n, value, dtype):
+def full(n, value, dtype):
     """(n,) of one value."""
     result = empty(n, dtype)
     kernels.fill[n](np.dtype(dtype).type(value), result)
@@ -69,10 +69,10 @@ def filled(n, value, dtype):
 def zeros(shape, dtype):
     """An array of zeros."""
     n = math.prod(shape)
-    return filled(n, 0, dtype).reshape(shape) if n else empty(shape, dtype)
+    return full(n, 0, dtype).reshape(shape) if n else empty(shape, dtype)
 
 
-def counted(n, first=0):
+def arange(n, first=0):
     """(n,) i8, first, first + 1, ..."""
     result = empty(n, np.int64)
     kernels.count_up[n](first, result)
@@ -84,22 +84,22 @@ def _in_tiles(kernel, n):
     return kernel.in_blocks(-(-n // TILE), min(-(-n // ITEMS), THREADS))
 
 
-def starts_of(values):
+def offsets_of(values):
     """(n + 1,) i8, the sum of the values before each, and of all; n is not 0."""
     n = values.shape[0]
     totals, starts = empty(-(-n // TILE), np.int64), empty(n + 1, np.int64)
     _in_tiles(kernels.scan_tiles, n)(values, starts, totals)
     if totals.shape[0] > 1:
-        kernels.add_tiles[n](starts_of(totals), starts)
+        kernels.add_tiles[n](offsets_of(totals), starts)
     return starts
 
 
-def total_of(starts):
+def last_of(starts):
     """The last of them, on the processor."""
-    return int(on_host(starts[starts.shape[0] - 1 :])[0])
+    return int(to_cpu(starts[starts.shape[0] - 1 :])[0])
 
 
-def indices_of(flags):
+def flatnonzero(flags):
     """(n_true,) i8, where flags are true, ascending."""
     n = flags.shape[0]
     if n == 0:
@@ -107,14 +107,14 @@ def indices_of(flags):
     if n <= TILE:
         index, count = empty(n, np.int64), empty(1, np.int64)
         _in_tiles(kernels.choose_in_tile, n)(flags, index, count)
-        return index[: total_of(count)]
-    starts = starts_of(flags)
-    index = empty(total_of(starts), np.int64)
-    kernels.chosen[n](starts, index)
+        return index[: last_of(count)]
+    starts = offsets_of(flags)
+    index = empty(last_of(starts), np.int64)
+    kernels.gather_chosen[n](starts, index)
     return index
 
 
-def order_of(keys):
+def stable_argsort(keys):
     """(n,) i8, the stable order that sorts keys, (n,) i8, ascending.
 
     By CuPy where it is installed. Else tiles are sorted by a block each; then runs are merged, of
@@ -143,14 +143,14 @@ def take(values, index):
     return rows
 
 
-def points(scene, name):
+def positions_of(scene, name):
     """(n, 3) f8 [m], positions of a scene; read where they are if they came from a device."""
     array, order = scene.on_gpu.get(name, (None, None))
     if array is None:
-        return on_device(getattr(scene, name))
+        return to_gpu(getattr(scene, name))
     n = len(scene.pinned)
     rows = empty((n, 3), np.float64)
-    kernels.take_rows[n](viewed(array), counted(n) if order is None else on_device(order), rows)
+    kernels.take_rows[n](viewed(array), arange(n) if order is None else to_gpu(order), rows)
     return rows
 
 
@@ -159,7 +159,7 @@ def as_column(array):
     return array.reshape(array.shape[0], 1)
 
 
-def joined(parts):
+def concatenate(parts):
     """One after the other."""
     n = sum(part.shape[0] for part in parts)
     result = empty((n, *parts[0].shape[1:]), parts[0].dtype)
@@ -171,7 +171,7 @@ def joined(parts):
     return result
 
 
-def reduced(values, operation, column=0):
+def reduce(values, operation, column=0):
     """SUM, LARGEST or LEAST of a column of (n, k) i8 or f8, n > 0; on the processor.
 
     In tiles, then tiles of tiles: sums are the same from run to run.
@@ -180,5 +180,5 @@ def reduced(values, operation, column=0):
         results = empty(-(-values.shape[0] // TILE), values.dtype)
         _in_tiles(kernels.reduce_tiles, values.shape[0])(values, column, operation, results)
         if results.shape[0] == 1:
-            return on_host(results)[0]
+            return to_cpu(results)[0]
         values, column = as_column(results), 0

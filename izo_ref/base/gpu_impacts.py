@@ -3,7 +3,7 @@
 import numpy as np
 
 from izo_ref.base.cuda import impacts as kernels
-from izo_ref.base.gpu_arrays import empty, joined, on_device, on_host
+from izo_ref.base.gpu_arrays import concatenate, empty, to_cpu, to_gpu
 from izo_ref.base.records import Impacts
 
 
@@ -26,19 +26,19 @@ def take_impacts(impacts: Impacts, index) -> Impacts:
     return taken
 
 
-def joined_impacts(*parts: Impacts) -> Impacts:
+def concatenate_impacts(*parts: Impacts) -> Impacts:
     """One after the other; the only one that is not empty as it is."""
     some = [part for part in parts if part.toi.shape[0]] or parts[:1]
     if len(some) == 1:
         return some[0]
-    return Impacts(*(joined(columns) for columns in zip(*some, strict=True)))
+    return Impacts(*(concatenate(columns) for columns in zip(*some, strict=True)))
 
 
-def impacts_on_device(impacts: Impacts) -> Impacts:
+def impacts_to_gpu(impacts: Impacts) -> Impacts:
     """A copy on the device."""
-    return Impacts(*(on_device(column) for column in impacts))
+    return Impacts(*(to_gpu(column) for column in impacts))
 
 
-def impacts_on_host(impacts: Impacts) -> Impacts:
+def impacts_to_cpu(impacts: Impacts) -> Impacts:
     """A copy of the processor."""
-    return Impacts(*(on_host(column) for column in impacts))
+    return Impacts(*(to_cpu(column) for column in impacts))

@@ -86,7 +86,7 @@ def _filter_path(scene, positions, rules):
     detector = Detector(start, scene.edges, scene.faces, scene.excluded, rules)
     found = detector.find(positions)
     meets = np.empty(len(found.toi), bool)
-    kernels.certain_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)
+    kernels.decide_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)
     return found, meets, detector.counts
 
 

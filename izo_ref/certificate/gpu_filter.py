@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from izo_ref.base.gpu_arrays import empty, on_device, on_host
-from izo_ref.base.gpu_impacts import impacts_on_host
+from izo_ref.base.gpu_arrays import empty, to_cpu, to_gpu
+from izo_ref.base.gpu_impacts import impacts_to_cpu
 from izo_ref.certificate.cuda import meetings as kernels
 from izo_ref.detection.gpu_detector import Detector
 
@@ -19,11 +19,11 @@ def filter_path(scene, positions, rules):
     Returns:
         `Impacts`; (n,) b1, those that certainly meet; `PairCounts`. All on the processor.
     """
-    detector, end = Detector(scene, counts_proofs=True), on_device(positions)
+    detector, end = Detector(scene, counts_proofs=True), to_gpu(positions)
     found = detector.find(end)
     n = found.toi.shape[0]
     meets = empty(n, np.bool_)
-    kernels.certain_meetings[n](
-        on_device(scene.positions_t0), end, found.nodes, found.is_edge_edge, found.toi, meets
+    kernels.decide_meetings[n](
+        to_gpu(scene.positions_t0), end, found.nodes, found.is_edge_edge, found.toi, meets
     )
-    return impacts_on_host(found), on_host(meets), detector.counts
+    return impacts_to_cpu(found), to_cpu(meets), detector.counts

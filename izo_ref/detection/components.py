@@ -8,7 +8,7 @@ from izo_ref.base.serial.components import impact_components
 FEW = 1000
 
 
-class Parts:
+class MeshComponents:
     """Connected parts of a mesh; a vertex in no face is a part.
 
     Args:

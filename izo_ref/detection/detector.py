@@ -6,9 +6,9 @@ from izo_ref.base.mesh import median_length
 from izo_ref.base.options import RULES
 from izo_ref.base.ranges import ranges
 from izo_ref.base.records import Impacts, PairCounts, Pairs, join_impacts, no_impacts
-from izo_ref.detection.components import Parts
+from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.cpu import frames as kernels
-from izo_ref.detection.cpu.contacts import CHUNK, contact_nodes, find_contacts
+from izo_ref.detection.cpu.contacts import CHUNK, find_contacts, gather_contact_nodes
 from izo_ref.detection.formulas.advance import MAX_STEPS
 from izo_ref.detection.trees import Elements, meeting_pairs, scattered, vertex_boxes
 
@@ -113,7 +113,7 @@ class Detector:
         may_rest = "one-box" in self._rules and self._start_is_free
         if may_rest and not _differ(self._positions_t0, positions_t1).all():
             if self._parts is None:
-                self._parts = Parts(len(positions_t1), self._nodes[2])
+                self._parts = MeshComponents(len(positions_t1), self._nodes[2])
             far = self._parts.out_of_reach(self._positions_t0, positions_t1)
             if far.any():
                 self._far, near = far, ~far[self._parts.part]
@@ -240,7 +240,7 @@ class _Kind:
             order = order[np.array([key not in self._excluded for key in named], bool)]
         nodes, kinds, toi, directions = nodes[order], kinds[order], toi[order], directions[order]
         weights, normals = np.empty((len(nodes), 4)), np.empty((len(nodes), 3))
-        kernels.impact_frames(
+        kernels.compute_impact_frames(
             self._positions_t0, positions_t1, nodes, kinds, toi, directions, weights, normals
         )
         return keys[order], Impacts(nodes, kinds, toi, weights, normals)
@@ -248,7 +248,9 @@ class _Kind:
     def _keys_and_nodes(self, pairs):
         first, second = self._first.tree, self._second.tree
         keys, nodes = np.empty(len(pairs), np.int64), np.empty((len(pairs), 4), np.int32)
-        contact_nodes(pairs, first.order, first.nodes, second.order, second.nodes, keys, nodes)
+        gather_contact_nodes(
+            pairs, first.order, first.nodes, second.order, second.nodes, keys, nodes
+        )
         return keys, nodes
 
 

@@ -10,20 +10,20 @@ import numpy as np
 
 from izo_ref.base.cuda.arrays import LARGEST, SUM
 from izo_ref.base.gpu_arrays import (
-    counted,
+    arange,
+    concatenate,
     empty,
-    filled,
-    indices_of,
-    joined,
-    on_device,
-    order_of,
-    points,
-    reduced,
-    starts_of,
+    flatnonzero,
+    full,
+    last_of,
+    offsets_of,
+    positions_of,
+    reduce,
+    stable_argsort,
     take,
-    total_of,
+    to_gpu,
 )
-from izo_ref.base.gpu_impacts import empty_impacts, impacts_on_device, impacts_on_host
+from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_gpu
 from izo_ref.base.records import Impacts, PairCounts, no_impacts
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
@@ -53,14 +53,14 @@ class Elements:
 
     def __init__(self, nodes, positions_t0, grid):
         n = len(nodes)
-        nodes, codes = on_device(nodes), empty(n, np.int64)
-        trees.morton_codes[n](positions_t0, nodes, *grid, codes)
-        index = order_of(codes)
-        order = take(on_device(np.arange(n, dtype=np.int32)), index)
+        nodes, codes = to_gpu(nodes), empty(n, np.int64)
+        trees.compute_morton_codes[n](positions_t0, nodes, *grid, codes)
+        index = stable_argsort(codes)
+        order = take(to_gpu(np.arange(n, dtype=np.int32)), index)
         blocks, lanes, self.levels = bare_tree(n, np.float32)
-        levels = on_device(self.levels)
-        self.tree = Tree(order, take(nodes, index), on_device(blocks), on_device(lanes), levels)
-        self.numbers, self.no_room = counted(n), filled(n + 1, 0, np.int64)
+        levels = to_gpu(self.levels)
+        self.tree = Tree(order, take(nodes, index), to_gpu(blocks), to_gpu(lanes), levels)
+        self.numbers, self.no_room = arange(n), full(n + 1, 0, np.int64)
 
 
 class Detector:
@@ -81,17 +81,17 @@ class Detector:
         self._has_faces = len(scene.faces) > 0
         if not self._has_faces:
             return
-        self._start = points(scene, "positions_t0")
+        self._start = positions_of(scene, "positions_t0")
         origin, scale = box_frame(start)
-        self._frame = on_device(origin), scale
+        self._frame = to_gpu(origin), scale
         grid_origin, cells_per_m = morton_grid(start)
-        grid = on_device(grid_origin), cells_per_m
+        grid = to_gpu(grid_origin), cells_per_m
         vertices = np.arange(self._n, dtype=np.int32).reshape(-1, 1)
         self._elements = [
             Elements(nodes, self._start, grid) for nodes in (vertices, scene.edges, scene.faces)
         ]
-        self._excluded = on_device(_excluded_keys(scene))
-        self._no_reach = filled(self._n, 0.0, np.float64)
+        self._excluded = to_gpu(_excluded_keys(scene))
+        self._no_reach = full(self._n, 0.0, np.float64)
 
     def find(self, positions_t1) -> Impacts:
         """Impacts of the path from the start to `positions_t1`.
@@ -105,7 +105,7 @@ class Detector:
         """
         self.counts = PairCounts()
         if not self._has_faces:
-            return impacts_on_device(no_impacts())
+            return impacts_to_gpu(no_impacts())
         moved = self._refit(positions_t1)
         vertices, edges, faces = self._elements
         found = [
@@ -113,16 +113,14 @@ class Detector:
             *self._contacts("edge_edge", edges, edges, positions_t1),
         ]
         columns = zip(*found, strict=True)
-        keys, *contacts = found[0] if len(found) == 1 else [joined(parts) for parts in columns]
+        keys, *contacts = found[0] if len(found) == 1 else [concatenate(parts) for parts in columns]
         n = keys.shape[0]
         kept = empty(n, np.bool_)
-        paths.kept_contacts[n](keys, contacts[0], moved, self._excluded, kept)
-        index = indices_of(kept)
-        index = take(index, order_of(take(keys, index)))
+        paths.flag_kept_contacts[n](keys, contacts[0], moved, self._excluded, kept)
+        index = flatnonzero(kept)
+        index = take(index, stable_argsort(take(keys, index)))
         found = empty_impacts(index.shape[0])
-        frames.impacts_of_contacts[index.shape[0]](
-            self._start, positions_t1, index, *contacts, *found
-        )
+        frames.gather_impacts[index.shape[0]](self._start, positions_t1, index, *contacts, *found)
         return found
 
     def _refit(self, positions_t1):
@@ -131,13 +129,13 @@ class Detector:
         Returns which vertices move, (n_vertices,) b1.
         """
         boxes, moved = empty((self._n, 9), np.float32), empty(self._n, np.bool_)
-        trees.path_boxes[self._n](self._start, positions_t1, *self._frame, boxes, moved)
+        trees.compute_path_boxes[self._n](self._start, positions_t1, *self._frame, boxes, moved)
         own = [elements.tree for elements in self._elements]
         for level, n_blocks in enumerate(_sizes([e.levels for e in self._elements])):
             if level == 0:
-                trees.boxes_of_elements[n_blocks](boxes, moved, *own)
+                trees.fit_element_boxes[n_blocks](boxes, moved, *own)
             else:
-                trees.boxes_of_parents[n_blocks](level, *own)
+                trees.fit_parent_boxes[n_blocks](level, *own)
         return moved
 
     def _contacts(self, kind, first, second, positions_t1):
@@ -150,7 +148,7 @@ class Detector:
             tallies, index = empty((n, 3), np.int64), empty(n, np.int64)
             toi, directions = empty(n, np.float64), empty((n, 3), np.float64)
             contacts.find_contacts[n](
-                counted(n),
+                arange(n),
                 batch,
                 first.order,
                 first.nodes,
@@ -166,8 +164,8 @@ class Detector:
                 directions,
             )
             is_contact = empty(n, np.bool_)
-            paths.touching[n](tallies, is_contact)
-            own = indices_of(is_contact)
+            paths.flag_contacts[n](tallies, is_contact)
+            own = flatnonzero(is_contact)
             m = own.shape[0]
             found = (
                 empty(m, np.int64),
@@ -183,7 +181,7 @@ class Detector:
     def _count(self, kind, n, tallies):
         proofs, most = 0, 0
         if self._counts_proofs and n:
-            proofs, most = reduced(tallies, SUM, 1), reduced(tallies, LARGEST, 2)
+            proofs, most = reduce(tallies, SUM, 1), reduce(tallies, LARGEST, 2)
         self.counts.add(kind, n, proofs, most)
 
 
@@ -201,15 +199,15 @@ class HostDetector:
         if self._seen is not None:
             moved = np.count_nonzero((positions_t1 != self._seen).any(axis=1))
         self._seen = positions_t1.copy()
-        found = self._detector.find(on_device(positions_t1))
+        found = self._detector.find(to_gpu(positions_t1))
         self.counts = self._detector.counts
         self.counts.moved = int(moved)
-        return impacts_on_host(found)
+        return impacts_to_cpu(found)
 
 
 def find_impacts(scene) -> Impacts:
     """What `izo_ref.find_impacts` finds, on the processor."""
-    return impacts_on_host(Detector(scene).find(points(scene, "positions_t1")))
+    return impacts_to_cpu(Detector(scene).find(positions_of(scene, "positions_t1")))
 
 
 def _sizes(levels_of_trees):
@@ -224,8 +222,8 @@ def _meeting_pairs(queries: Elements, leaves: Elements):
     counts, same = empty(n, np.int64), queries is leaves
     trees, nothing = (queries.tree, leaves.tree), empty((0, 2), np.int32)
     contacts.find_pairs[n](queries.numbers, queries.no_room, *trees, same, counts, nothing)
-    starts = starts_of(counts)
-    pairs = empty((total_of(starts), 2), np.int32)
+    starts = offsets_of(counts)
+    pairs = empty((last_of(starts), 2), np.int32)
     contacts.find_pairs[n](queries.numbers, starts, *trees, same, counts, pairs)
     return pairs
 

@@ -34,15 +34,15 @@ class Elements:
     def refit(self, vertex_boxes, vertex_moved):
         """Boxes of elements with a moved vertex; they are the ones looked at."""
         tree = self.tree
-        kernels.moved_lanes(vertex_moved, tree.nodes, tree.lanes)
-        kernels.element_blocks(vertex_boxes, tree.nodes, tree.lanes, tree.blocks)
+        kernels.flag_moved_lanes(vertex_moved, tree.nodes, tree.lanes)
+        kernels.fit_element_blocks(vertex_boxes, tree.nodes, tree.lanes, tree.blocks)
         for first, end in zip(tree.levels[:-2], tree.levels[1:-1], strict=True):
-            kernels.parent_blocks(first, end, tree.lanes, tree.blocks)
+            kernels.fit_parent_blocks(first, end, tree.lanes, tree.blocks)
 
     def with_vertex(self, marked):
         """(n,) b1, whether the element in each place has a marked vertex."""
         lanes = np.empty(self.tree.levels[1], np.uint8)
-        kernels.moved_lanes(marked, self.tree.nodes, lanes)
+        kernels.flag_moved_lanes(marked, self.tree.nodes, lanes)
         return _each(lanes)
 
     def in_lanes(self):
@@ -71,7 +71,7 @@ def morton_codes_of(positions, nodes):
     """(n,) i8, where on a Morton curve the mean of each row of nodes lies."""
     codes = np.zeros(len(nodes), np.int64)
     if len(nodes):
-        kernels.morton_codes(positions, nodes, *morton_grid(positions), codes)
+        kernels.compute_morton_codes(positions, nodes, *morton_grid(positions), codes)
     return codes
 
 
@@ -92,7 +92,7 @@ def vertex_boxes(positions_t0, low_t1, high_t1, dtype=np.float32):
     """(n_vertices, 9), where each vertex starts, and between what it ends."""
     boxes = np.empty((len(positions_t0), 9), dtype)
     if len(boxes):
-        kernels.vertex_boxes(positions_t0, low_t1, high_t1, *box_frame(positions_t0), boxes)
+        kernels.compute_vertex_boxes(positions_t0, low_t1, high_t1, *box_frame(positions_t0), boxes)
     return boxes
 
 

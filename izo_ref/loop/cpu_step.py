@@ -58,7 +58,9 @@ class CpuStep:
         """The same with the active impacts, and normals and weights of the closest points at x."""
         kept = self.impacts.take(self.active)
         weights, normals = np.empty_like(kept.weights), np.empty_like(kept.normals)
-        kernels.closest_frames(self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
+        kernels.compute_closest_frames(
+            self.positions, kept.nodes, kept.is_edge_edge, weights, normals
+        )
         self.begin(kept._replace(weights=weights, normals=normals), self.multipliers[self.active])
 
     def save(self):

@@ -9,23 +9,23 @@ import numpy as np
 from izo_ref.base.cuda.arrays import LEAST, SUM
 from izo_ref.base.gpu_arrays import (
     as_column,
-    copied,
+    concatenate,
+    copy,
     empty,
-    filled,
-    indices_of,
-    joined,
-    on_device,
-    on_host,
-    points,
-    reduced,
-    starts_of,
+    flatnonzero,
+    full,
+    last_of,
+    offsets_of,
+    positions_of,
+    reduce,
     take,
-    total_of,
+    to_cpu,
+    to_gpu,
 )
 from izo_ref.base.gpu_impacts import (
-    impacts_on_device,
-    impacts_on_host,
-    joined_impacts,
+    concatenate_impacts,
+    impacts_to_cpu,
+    impacts_to_gpu,
     take_impacts,
 )
 from izo_ref.base.options import LAGRANGIAN
@@ -59,26 +59,28 @@ class GpuStep:
         self._n = len(scene.pinned)
         free_masses = np.where(scene.pinned, 0.0, scene.masses)
         self._total_mass = float(free_masses.sum())
-        self._masses, self._pinned = on_device(free_masses), on_device(scene.pinned)
+        self._masses, self._pinned = to_gpu(free_masses), to_gpu(scene.pinned)
         inverse = np.where(scene.pinned, 0.0, 1.0 / np.sqrt(scene.masses))
-        self._inverse_sqrt_masses = on_device(inverse)
-        self._targets = points(scene, "positions_t1")
-        self.longest = (self._targets, -1.0)
+        self._inverse_sqrt_masses = to_gpu(inverse)
+        self._proposed = positions_of(scene, "positions_t1")
+        self.longest = (self._proposed, -1.0)
         self._seen = None
-        self.begin(impacts_on_device(no_impacts()), empty(0, np.float64))
+        self.begin(impacts_to_gpu(no_impacts()), empty(0, np.float64))
 
     def begin(self, impacts: Impacts, multipliers):
-        self.positions = copied(self._targets)
+        self.positions = copy(self._proposed)
         self.impacts, self.multipliers = impacts, multipliers
         self.active = empty(self.n_impacts, np.bool_)
-        kernels.positive[self.n_impacts](multipliers, self.active)
-        self.stuck = filled(self._n, False, np.bool_)
+        kernels.flag_positive[self.n_impacts](multipliers, self.active)
+        self.stuck = full(self._n, False, np.bool_)
 
     def relinearize(self):
-        index = indices_of(self.active)
+        index = flatnonzero(self.active)
         kept, n = take_impacts(self.impacts, index), index.shape[0]
         weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
-        frames.closest_frames[n](self.positions, kept.nodes, kept.is_edge_edge, weights, normals)
+        frames.compute_closest_frames[n](
+            self.positions, kept.nodes, kept.is_edge_edge, weights, normals
+        )
         kept = kept._replace(weights=weights, normals=normals)
         self.begin(kept, take(self.multipliers, index))
 
@@ -94,63 +96,65 @@ class GpuStep:
 
     @property
     def n_active(self) -> int:
-        return indices_of(self.active).shape[0]
+        return flatnonzero(self.active).shape[0]
 
     def objective(self) -> float:
         if self._total_mass == 0.0:
             return 0.0
         terms = empty(self._n, np.float64)
-        kernels.objective_terms[self._n](self.positions, self._targets, self._masses, terms)
-        return float(reduced(as_column(terms), SUM)) / self._total_mass
+        kernels.compute_objective_terms[self._n](
+            self.positions, self._proposed, self._masses, terms
+        )
+        return float(reduce(as_column(terms), SUM)) / self._total_mass
 
     def detect(self) -> DetectionCounts:
         found = self._detector.find(self.positions)
         n, time_free = found.toi.shape[0], 1.0
         if n:
             # bits of floats that are not negative are in their order
-            bits = reduced(as_column(found.toi.view(np.int64)), LEAST)
+            bits = reduce(as_column(found.toi.view(np.int64)), LEAST)
             time_free = float(np.int64(bits).view(np.float64))
         if time_free > self.longest[1]:
-            self.longest = (copied(self.positions), time_free)
+            self.longest = (copy(self.positions), time_free)
         kept = empty(n, np.bool_)
-        kernels.impacts_to_solve[n](found.nodes, found.weights, self._pinned, kept)
-        index = indices_of(kept)
+        kernels.flag_impacts_to_solve[n](found.nodes, found.weights, self._pinned, kept)
+        index = flatnonzero(kept)
         n_found = index.shape[0]
         self.found = found if n_found == n else take_impacts(found, index)
         candidates = sum(self._detector.counts.pairs.values())
         return DetectionCounts(n_found, n - n_found, self._count_moved(), candidates)
 
     def _count_moved(self):
-        seen, self._seen = self._seen, copied(self.positions)
+        seen, self._seen = self._seen, copy(self.positions)
         if seen is None:
             return self._n
         moved = empty(self._n, np.bool_)
-        paths.moved_vertices[self._n](seen, self.positions, moved)
-        return total_of(starts_of(moved))
+        paths.flag_moved_vertices[self._n](seen, self.positions, moved)
+        return last_of(offsets_of(moved))
 
     def select(self) -> int:
         n = self.found.toi.shape[0]
         hopeful = empty(n, np.bool_)
-        kernels.hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
-        index = indices_of(hopeful)
+        kernels.flag_hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
+        index = flatnonzero(hopeful)
         new = self.found if index.shape[0] == n else take_impacts(self.found, index)
         new = take_impacts(new, select_impacts(new, self._pinned, self._options.selection))
-        self.impacts = joined_impacts(self.impacts, new)
+        self.impacts = concatenate_impacts(self.impacts, new)
         return new.toi.shape[0]
 
     def solve(self, first_new: int):
         grouped = build_zones(self.impacts, self._pinned)
         n_zones = len(grouped)
         missing = self.n_impacts - self.multipliers.shape[0]
-        self.multipliers = joined([self.multipliers, filled(missing, 0.0, np.float64)])
-        self.active = joined([self.active, filled(missing, False, np.bool_)])
+        self.multipliers = concatenate([self.multipliers, full(missing, 0.0, np.float64)])
+        self.active = concatenate([self.active, full(missing, False, np.bool_)])
         if "changed-zones" in self._options.rules:
             offsets, changed = grouped.impact_offsets, empty(n_zones, np.bool_)
-            kernels.changed_zones[n_zones](grouped.impacts, offsets, first_new, changed)
+            kernels.flag_changed_zones[n_zones](grouped.impacts, offsets, first_new, changed)
         else:
-            changed = filled(n_zones, True, np.bool_)
+            changed = full(n_zones, True, np.bool_)
         chosen = empty(n_zones, np.bool_)
-        kernels.zones_to_solve[n_zones](changed, self._spread_stuck(grouped), chosen)
+        kernels.flag_zones_to_solve[n_zones](changed, self._spread_stuck(grouped), chosen)
         part = _zones_of(grouped, chosen)
         if part is None:
             return n_zones, 0
@@ -160,9 +164,9 @@ class GpuStep:
     def _spread_stuck(self, grouped):
         """A zone with a stuck vertex is stuck: (n_zones,) b1."""
         vertices, zone_of = grouped.vertices, _parts_of(grouped.vertex_offsets, grouped.vertices)
-        n, stuck = vertices.shape[0], filled(len(grouped), False, np.bool_)
-        kernels.stuck_zones[n](vertices, zone_of, self.stuck, stuck)
-        kernels.stick_together[n](vertices, zone_of, stuck, self.stuck)
+        n, stuck = vertices.shape[0], full(len(grouped), False, np.bool_)
+        kernels.flag_stuck_zones[n](vertices, zone_of, self.stuck, stuck)
+        kernels.spread_stuck[n](vertices, zone_of, stuck, self.stuck)
         return stuck
 
     def _solve_part(self, part):
@@ -178,7 +182,7 @@ class GpuStep:
             part.vertices,
             zone_of_vertex,
             solution.solved,
-            self._targets,
+            self._proposed,
             self._inverse_sqrt_masses,
             solution.z,
             self.positions,
@@ -193,7 +197,7 @@ class GpuStep:
             self.active,
         )
         left = empty(len(part), np.bool_)
-        kernels.opposite[len(part)](solution.solved, left)
+        kernels.negate_flags[len(part)](solution.solved, left)
         part = _zones_of(part, left)
         if part is not None:
             self._solve_on_host(part)
@@ -204,11 +208,11 @@ class GpuStep:
         own = take_impacts(self.impacts, part.impacts)
         unknowns, hopeless = empty((n, 4), np.int32), empty(n, np.bool_)
         coefficients, rhs, lengths = (empty(s, np.float64) for s in ((n, 4), n, n))
-        zones.scaled_rows[n](
+        zones.scale_constraints[n](
             own.nodes,
             own.weights,
             own.normals,
-            self._targets,
+            self._proposed,
             self._inverse_sqrt_masses,
             self._thickness,
             unknowns,
@@ -218,15 +222,15 @@ class GpuStep:
             hopeless,
         )
         places = empty(self._n, np.int32)
-        kernels.places_of[part.vertices.shape[0]](part.vertices, places)
+        kernels.number_vertices[part.vertices.shape[0]](part.vertices, places)
         kernels.number_unknowns[n](places, unknowns)
         offsets = part.impact_offsets, part.vertex_offsets
         return Rows(*offsets, unknowns, coefficients, own.normals, rhs, lengths), hopeless
 
     def _solve_on_host(self, part):
         self.n_left += len(part)
-        own = impacts_on_host(take_impacts(self.impacts, part.impacts))
-        grouped = Zones(*(on_host(column) for column in part))
+        own = impacts_to_cpu(take_impacts(self.impacts, part.impacts))
+        grouped = Zones(*(to_cpu(column) for column in part))
         local = Zones(np.arange(len(own.toi)), *grouped[1:])
         everything = np.arange(len(part))
         system = zone_system(self.scene, own, local, everything, self._thickness)
@@ -247,20 +251,20 @@ class GpuStep:
 
     def positions_on_gpu(self, positions, order=None):
         if order is None:
-            return on_device(positions)
+            return to_gpu(positions)
         moved_back = empty((self._n, 3), np.float64)
-        kernels.put_rows[self._n](on_device(order), self.positions, moved_back)
+        kernels.put_rows[self._n](to_gpu(order), self.positions, moved_back)
         return moved_back
 
     def to_cpu(self):
-        seen = None if self._seen is None else on_host(self._seen)
+        seen = None if self._seen is None else to_cpu(self._seen)
         detector = HostDetector(self._detector, seen)
         same = CpuStep(self.scene, self._thickness, self._options, detector)
-        same.positions = on_host(self.positions)
-        same.impacts = impacts_on_host(self.impacts)
-        same.multipliers, same.active = on_host(self.multipliers), on_host(self.active)
-        same.stuck = on_host(self.stuck)
-        same.longest = (on_host(self.longest[0]), self.longest[1])
+        same.positions = to_cpu(self.positions)
+        same.impacts = impacts_to_cpu(self.impacts)
+        same.multipliers, same.active = to_cpu(self.multipliers), to_cpu(self.active)
+        same.stuck = to_cpu(self.stuck)
+        same.longest = (to_cpu(self.longest[0]), self.longest[1])
         same.n_left = self.n_left
         return same
 
@@ -268,13 +272,13 @@ class GpuStep:
 def _parts_of(starts, members):
     """(n,) i8, the part that each of the members is in."""
     parts = empty(members.shape[0], np.int64)
-    kernels.parts_of[members.shape[0]](starts, parts)
+    kernels.find_blocks[members.shape[0]](starts, parts)
     return parts
 
 
 def _zones_of(grouped, chosen):
     """`Zones`: those chosen, (n_zones,) b1; None if there are none."""
-    index = indices_of(chosen)
+    index = flatnonzero(chosen)
     if index.shape[0] == 0:
         return None
     if index.shape[0] == len(grouped):
@@ -282,13 +286,13 @@ def _zones_of(grouped, chosen):
     columns = []
     for members, starts in (grouped[:2], grouped[2:]):
         flags, sizes = empty(members.shape[0], np.bool_), empty(len(grouped), np.int64)
-        kernels.members_of_chosen[members.shape[0]](_parts_of(starts, members), chosen, flags)
-        kernels.sizes_of[len(grouped)](starts, sizes)
-        columns.append(take(members, indices_of(flags)))
-        columns.append(starts_of(take(sizes, index)))
+        kernels.flag_members[members.shape[0]](_parts_of(starts, members), chosen, flags)
+        kernels.count_members[len(grouped)](starts, sizes)
+        columns.append(take(members, flatnonzero(flags)))
+        columns.append(offsets_of(take(sizes, index)))
     return Zones(*columns)
 
 
 def _put(index, rows, values):
     """values[index] = rows, of the processor."""
-    kernels.put_rows[len(index)](on_device(index), on_device(rows), values)
+    kernels.put_rows[len(index)](to_gpu(index), to_gpu(rows), values)

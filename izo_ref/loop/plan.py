@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from izo_ref.base import devices
 from izo_ref.base.options import Options
-from izo_ref.detection.components import Parts
+from izo_ref.detection.components import MeshComponents
 
 
 class PlanLine(NamedTuple):
@@ -99,7 +99,7 @@ def _parts(scene, moving):
     name = "parts in trees"
     if moving.all():
         return PlanLine(name, "all", "every vertex moves", "")
-    parts = Parts(len(moving), scene.faces)
+    parts = MeshComponents(len(moving), scene.faces)
     far = parts.out_of_reach(scene.positions_t0, scene.positions_t1)
     n_faces = int(far[parts.part][scene.faces[:, 0]].sum())
     reason = (

@@ -6,8 +6,8 @@ import numpy as np
 
 from izo_ref.base.options import Options
 from izo_ref.solvers.cpu import lagrangian as kernels
-from izo_ref.solvers.presets import METHODS, PRESETS, chosen_settings
-from izo_ref.solvers.scaled_constraints import ScaledRows, SystemSolution
+from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS, choose_settings
+from izo_ref.solvers.scaled_constraints import ScaledConstraints, SystemSolution
 from izo_ref.solvers.serial.descent import LBFGS, NEWTON, Settings
 from izo_ref.solvers.serial.directions.lbfgs import PAIRS
 from izo_ref.zones.system import ZoneSystem
@@ -55,7 +55,7 @@ def _preset_scaling(system, rows, preset):
         scale = 2.0 / np.add.reduceat(free_masses, begin)
     else:  # 1/2 mean(1/m) sum m dx^2
         scale = np.add.reduceat(1.0 / free_masses, begin) / per_vertex
-    relative = system.targets[system.nodes] - system.targets[system.nodes[:, :1]]
+    relative = system.proposed[system.nodes] - system.proposed[system.nodes[:, :1]]
     gaps = np.einsum("jk,jkx,jx->j", system.weights, relative, system.normals)
     n = len(system.nodes)
     return Scaled(
@@ -127,7 +127,7 @@ def _penalties(system, options, rows, preset):
         return preset.mu * ones, preset.mu * ones, first_steps
     n_free = system.vertex_offsets[-1]
     coupling = _row_coupling(rows.unknowns, rows.coefficients, system.impact_offsets, n_free)
-    return *METHODS[options.method].penalties(options, coupling), ones
+    return *METHOD_PARAMETERS[options.method].penalties(options, coupling), ones
 
 
 class Inputs(NamedTuple):
@@ -205,7 +205,7 @@ def _inputs(system, settings, scaled, layout, penalties, dtype) -> Inputs:
 def descend(
     system: ZoneSystem,
     options: Options,
-    rows: ScaledRows,
+    rows: ScaledConstraints,
     trace: bool = False,
     solve=run_on_cpu,
 ) -> SystemSolution:
@@ -216,7 +216,7 @@ def descend(
     """
     n_zones = len(system.impact_offsets) - 1
     preset = PRESETS.get(options.preset)
-    settings = chosen_settings(options, system.thickness)
+    settings = choose_settings(options, system.thickness)
     scaled = _preset_scaling(system, rows, preset) if preset else _own_scaling(system, rows)
     dtype, layout = np.dtype(options.precision), _layout(system, rows, settings.direction)
     penalties = _penalties(system, options, rows, preset)
@@ -230,11 +230,11 @@ def descend(
     )
     solve(_inputs(system, settings, scaled, layout, penalties, dtype), results)
     x, multipliers, steps = results.x[layout.place], results.multipliers, results.steps
-    displacements = np.zeros_like(system.targets)
+    displacements = np.zeros_like(system.proposed)
     displacements[: len(x)] = scaled.lengths[:, None] * x
     multipliers = scaled.forces * multipliers
     return SystemSolution(
-        system.targets + displacements,
+        system.proposed + displacements,
         displacements,
         multipliers,
         multipliers > 0.0,

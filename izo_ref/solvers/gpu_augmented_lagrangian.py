@@ -4,7 +4,7 @@ import numpy as np
 
 from izo_ref.base.cuda.thread_group import PARTS, WARP, shared_bytes
 from izo_ref.base.devices import count_resident_blocks
-from izo_ref.base.gpu_arrays import empty, indices_of, on_device, on_host, take, total_of, zeros
+from izo_ref.base.gpu_arrays import empty, flatnonzero, last_of, take, to_cpu, to_gpu, zeros
 from izo_ref.solvers.augmented_lagrangian import Inputs, Results, work_space
 from izo_ref.solvers.cuda import lagrangian as kernels
 from izo_ref.solvers.gpu_variables import Variables
@@ -18,7 +18,7 @@ LARGE = 4096
 MOST = np.iinfo(np.int64).max
 
 
-def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lambda call: call()):
+def solve_on_gpu(inputs: Inputs, results: Results, n_threads: int, timed=lambda call: call()):
     """Run the kernels on arrays of the device: a block a zone, or all blocks if it is large.
 
     `timed` makes the call that runs them; what it returns is returned.
@@ -27,10 +27,10 @@ def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lamb
     most = LARGE if is_double else MOST
     offsets, bounds = inputs.impact_offsets, ((0, most), (most, MOST))
     small, large = (
-        take(inputs.zones, indices_of(zones_of_size(inputs.zones, offsets, *sizes)))
+        take(inputs.zones, flatnonzero(flag_zones_of_size(inputs.zones, offsets, *sizes)))
         for sizes in bounds
     )
-    inputs, n_memory = inputs._replace(zones=small), total_of(inputs.memory_offsets)
+    inputs, n_memory = inputs._replace(zones=small), last_of(inputs.memory_offsets)
     *shared, states = (zeros(*array) for array in work_space(inputs, n_memory, n_threads))
     n_blocks, n_bytes = count_resident_blocks(), shared_bytes(n_threads)
     in_blocks = kernels.solve_lagrangian.in_blocks(small.shape[0], n_threads, n_bytes)
@@ -50,15 +50,15 @@ def solve_on_device(inputs: Inputs, results: Results, n_threads: int, timed=lamb
     return timed(run)
 
 
-def zones_of_size(zones, impact_offsets, more_than, at_most):
+def flag_zones_of_size(zones, impact_offsets, more_than, at_most):
     """(n,) b1, which of the zones have more impacts than one number, and at most another."""
     n = zones.shape[0]
     flags = empty(n, np.bool_)
-    kernels.zones_of_size[n](zones, impact_offsets, more_than, at_most, flags)
+    kernels.flag_zones_of_size[n](zones, impact_offsets, more_than, at_most, flags)
     return flags
 
 
-def solve_rows(rows, members, chosen, thickness, options, solution):
+def solve_chosen(rows, members, chosen, thickness, options, solution):
     """Solve some of the zones, and judge which are solved.
 
     Args:
@@ -69,7 +69,7 @@ def solve_rows(rows, members, chosen, thickness, options, solution):
         options: `Options`, with one of the methods here, or a preset.
         solution: `Solution`, written.
     """
-    zones = indices_of(chosen)
+    zones = flatnonzero(chosen)
     if zones.shape[0] == 0:
         return
     variables = Variables(rows, members, chosen, zones, thickness, options, MANY)
@@ -80,7 +80,7 @@ def solve_rows(rows, members, chosen, thickness, options, solution):
         *(empty(n_zones, dtype) for dtype in (np.int32, np.float64, np.float64)),
         empty((n_zones, 0, 2), np.float64),
     )
-    solve_on_device(inputs, results, MANY)
+    solve_on_gpu(inputs, results, MANY)
     variables.take_answers(results, solution)
     tolerances = options.gap_tolerance, options.violation_tolerance * thickness
     kernels.judge_zones[inputs.zones.shape[0]](
@@ -90,11 +90,11 @@ def solve_rows(rows, members, chosen, thickness, options, solution):
 
 def run_on_gpu(inputs: Inputs, results: Results, timed=lambda call: call()):
     """The same on arrays of the processor, called as the processor's own is."""
-    own = Inputs(*(on_device(column) for column in inputs[:-1]), inputs.settings)
-    device_results = Results(*(on_device(column) for column in results))
+    own = Inputs(*(to_gpu(column) for column in inputs[:-1]), inputs.settings)
+    device_results = Results(*(to_gpu(column) for column in results))
     largest = np.diff(inputs.impact_offsets).max()
     n_threads = FEW if largest <= FEW else MANY
-    said = solve_on_device(own, device_results, n_threads, timed)
+    said = solve_on_gpu(own, device_results, n_threads, timed)
     for result, array in zip(results, device_results, strict=True):
-        result[...] = on_host(array)
+        result[...] = to_cpu(array)
     return said

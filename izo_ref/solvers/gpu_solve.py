@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.gpu_arrays import counted, empty, filled, indices_of, starts_of, take, total_of
+from izo_ref.base.gpu_arrays import arange, empty, flatnonzero, full, last_of, offsets_of, take
 from izo_ref.base.options import LAGRANGIAN, Options
 from izo_ref.solvers.cuda import zones as kernels
-from izo_ref.solvers.gpu_augmented_lagrangian import MOST, solve_rows, zones_of_size
+from izo_ref.solvers.gpu_augmented_lagrangian import MOST, flag_zones_of_size, solve_chosen
 from izo_ref.solvers.gpu_variables import Members
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.presets import GPU_METHOD
@@ -50,19 +50,19 @@ def solve_zones(rows: Rows, members: Members, thickness: float, options: Options
     """
     n_zones = rows.impact_offsets.shape[0] - 1
     solution = Solution(
-        filled(rows.rhs.shape[0], 0.0, np.float64),
-        filled(3 * total_of(rows.vertex_offsets), 0.0, np.float64),
-        filled(n_zones, False, np.bool_),
+        full(rows.rhs.shape[0], 0.0, np.float64),
+        full(3 * last_of(rows.vertex_offsets), 0.0, np.float64),
+        full(n_zones, False, np.bool_),
     )
     if options.precision != "float64":
         return solution  # the processor makes its numbers
     if options.method == "auto" and options.preset is None:
         _solve_small(rows, thickness, options, n_zones, solution)
-        others = zones_of_size(counted(n_zones), rows.impact_offsets, SMALL, MOST)
-        solve_rows(rows, members, others, thickness, replace(options, **GPU_METHOD), solution)
+        others = flag_zones_of_size(arange(n_zones), rows.impact_offsets, SMALL, MOST)
+        solve_chosen(rows, members, others, thickness, replace(options, **GPU_METHOD), solution)
     elif options.method in LAGRANGIAN or options.preset is not None:
-        everything = filled(n_zones, True, np.bool_)
-        solve_rows(rows, members, everything, thickness, options, solution)
+        everything = full(n_zones, True, np.bool_)
+        solve_chosen(rows, members, everything, thickness, options, solution)
         # what another method than the default comes to is taken, as on the processor
         solution = solution._replace(solved=everything)
     return solution
@@ -74,12 +74,12 @@ def _solve_small(rows, thickness, options, n_zones, solution):
     offsets = rows.impact_offsets, rows.vertex_offsets
     largest = min(SMALL, options.small_zone)
     single = np.int8(CLOSED_FORM if "closed-form" in options.rules else BLOCK_PIVOT)
-    kernels.methods_of_zones[n_zones](*offsets, largest, single, methods, small, numbers, indices)
-    zones = indices_of(small)
+    kernels.choose_methods[n_zones](*offsets, largest, single, methods, small, numbers, indices)
+    zones = flatnonzero(small)
     if zones.shape[0] == 0:
         return
     # a slot each
-    number_starts, index_starts = (starts_of(take(counts, zones)) for counts in (numbers, indices))
+    number_starts, index_starts = (offsets_of(take(counts, zones)) for counts in (numbers, indices))
     violation_m = options.violation_tolerance * thickness
     kernels.solve_small_zones[zones.shape[0]](
         zones,
@@ -93,6 +93,6 @@ def _solve_small(rows, thickness, options, n_zones, solution):
         methods,
         solution.solved,
         empty(n_zones, np.int32),
-        empty(total_of(number_starts), np.float64),
-        empty(total_of(index_starts), np.int32),
+        empty(last_of(number_starts), np.float64),
+        empty(last_of(index_starts), np.int32),
     )

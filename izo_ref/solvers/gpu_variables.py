@@ -9,19 +9,19 @@ import numpy as np
 
 from izo_ref.base.cuda.thread_group import shared_bytes
 from izo_ref.base.gpu_arrays import (
-    copied,
+    copy,
     empty,
-    filled,
-    indices_of,
-    on_device,
-    on_host,
-    order_of,
+    flatnonzero,
+    full,
+    last_of,
+    stable_argsort,
     take,
-    total_of,
+    to_cpu,
+    to_gpu,
 )
 from izo_ref.solvers.augmented_lagrangian import MEMORY, Inputs
 from izo_ref.solvers.cuda import variables as kernels
-from izo_ref.solvers.presets import METHODS, PRESETS, chosen_settings
+from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS, choose_settings
 
 
 class Members(NamedTuple):
@@ -54,16 +54,16 @@ class Variables:
         self._options, self._preset = options, PRESETS.get(options.preset)
         self._kind, self._zones = _kind_of(self._preset), zones
         self._n = chosen.shape[0]
-        self._n_padded = total_of(rows.vertex_offsets) + self._n
+        self._n_padded = last_of(rows.vertex_offsets) + self._n
         self._in_blocks = (self._zones.shape[0], n_threads, shared_bytes(n_threads))
         self._scales, first_steps = self._of_zones()
         nodes, coefficients, starts, metres, is_entry = self._of_rows()
-        entries, entry_starts = self._by_vertex(indices_of(is_entry))
-        settings, n = chosen_settings(options, thickness), self._n
+        entries, entry_starts = self._by_vertex(flatnonzero(is_entry))
+        settings, n = choose_settings(options, thickness), self._n
         mus, caps = self._penalties(settings, nodes, coefficients, entries, entry_starts)
         row_offsets, memory_offsets = empty(n + 1, np.int64), empty(n + 1, np.int64)
         memory = MEMORY.get(settings.direction, (0, 0))
-        kernels.offsets_of_zones[n + 1](rows.vertex_offsets, *memory, row_offsets, memory_offsets)
+        kernels.find_zone_offsets[n + 1](rows.vertex_offsets, *memory, row_offsets, memory_offsets)
         self.inputs = Inputs(
             self._zones,
             rows.impact_offsets,
@@ -77,18 +77,18 @@ class Variables:
             starts,
             metres,
             self._curvatures(),
-            on_device(mus),
-            on_device(caps),
+            to_gpu(mus),
+            to_gpu(caps),
             first_steps,
             self._scales,  # for units, of a trace that is not asked for
             settings,
         )
 
     def _of_zones(self):
-        scales, first_steps = (filled(self._n, 1.0, np.float64) for _ in range(2))
+        scales, first_steps = (full(self._n, 1.0, np.float64) for _ in range(2))
         preset, rows = self._preset, self._rows
         steps = (1.0, 0.0) if preset is None else (preset.step, preset.step_per_vertex)
-        kernels.zone_variables.in_blocks(*self._in_blocks)(
+        kernels.scale_zones.in_blocks(*self._in_blocks)(
             self._zones,
             rows.impact_offsets,
             rows.vertex_offsets,
@@ -105,7 +105,7 @@ class Variables:
         rows, m = self._rows, self._rows.rhs.shape[0]
         scaled = (
             empty((m, 4), np.uint32),
-            copied(rows.coefficients),
+            copy(rows.coefficients),
             empty(m, np.float64),
             empty(m, np.float64),
             empty(4 * m, np.bool_),
@@ -129,23 +129,23 @@ class Variables:
         n = entries.shape[0]
         vertices, starts = empty(n, np.int64), empty(self._n_padded + 1, np.uint64)
         zone_of_impact, unknowns = self._members.zone_of_impact, self._rows.unknowns
-        kernels.vertices_of_entries[n](entries, zone_of_impact, unknowns, vertices)
-        order = order_of(vertices)
-        kernels.starts_of_vertices[self._n_padded + 1](take(vertices, order), starts)
+        kernels.find_entry_vertices[n](entries, zone_of_impact, unknowns, vertices)
+        order = stable_argsort(vertices)
+        kernels.find_vertex_starts[self._n_padded + 1](take(vertices, order), starts)
         return take(entries, order), starts
 
     def _arms(self, entries, coefficients):
         n, rows = entries.shape[0], self._rows
         own, arms = empty(n, np.uint32), empty((n, 3), np.float64)
         zone_of, offsets = self._members.zone_of_impact, rows.impact_offsets
-        kernels.arms_of_entries[n](entries, zone_of, offsets, coefficients, rows.normals, own, arms)
+        kernels.compute_arms[n](entries, zone_of, offsets, coefficients, rows.normals, own, arms)
         return own, arms
 
     def _curvatures(self):
-        curvatures = filled(3 * self._n_padded, 1.0, np.float64)
+        curvatures = full(3 * self._n_padded, 1.0, np.float64)
         if self._preset is not None:
             _, zone_of, *of_vertices = self._members
-            kernels.curvatures_in_metres[zone_of.shape[0]](
+            kernels.compute_curvatures[zone_of.shape[0]](
                 zone_of, *of_vertices, self._scales, curvatures
             )
         return curvatures
@@ -157,14 +157,16 @@ class Variables:
             return mus, mus
         coupling = np.ones(self._n)
         if settings.every_step:
-            sizes, bounds = empty(self._n_padded, np.float64), filled(self._n, 1.0, np.float64)
-            kernels.sizes_on_vertices[self._n_padded](entries, entry_starts, coefficients, sizes)
+            sizes, bounds = empty(self._n_padded, np.float64), full(self._n, 1.0, np.float64)
+            kernels.sum_sizes_on_vertices[self._n_padded](
+                entries, entry_starts, coefficients, sizes
+            )
             offsets = self._rows.impact_offsets, self._rows.vertex_offsets
-            kernels.couplings.in_blocks(*self._in_blocks)(
+            kernels.bound_couplings.in_blocks(*self._in_blocks)(
                 self._zones, *offsets, nodes, coefficients, sizes, bounds
             )
-            coupling = on_host(bounds)
-        return METHODS[self._options.method].penalties(self._options, coupling)
+            coupling = to_cpu(bounds)
+        return METHOD_PARAMETERS[self._options.method].penalties(self._options, coupling)
 
     def take_answers(self, results, solution):
         """Write x and l of the chosen zones to a `Solution`, in the loop's variables."""

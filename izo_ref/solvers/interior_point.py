@@ -18,7 +18,7 @@ Nocedal & Wright 2006, algorithm 16.4.
 import numpy as np
 
 from izo_ref.solvers.cpu.sparse import weighted_gram
-from izo_ref.solvers.serial.gram import row_products
+from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import dot, residuals, to_boundary
 from izo_ref.solvers.sparse import SparseCholesky
 
@@ -28,7 +28,7 @@ TO_BOUNDARY = 0.995
 MAX_ITERATIONS = 100
 # Of the tolerances: the last iteration gains two digits or three, and bounds the distance by
 # their root.
-ENOUGH = 1e-2
+CONVERGED_ERROR = 1e-2
 # How far inside it begins, of the mean slack and multiplier of some sweeps, which save four of
 # 22 iterations on a zone of 24,000 impacts.
 INSIDE = 0.5
@@ -44,7 +44,7 @@ class _Rows:
     def __init__(self, zone):
         self.zone = zone
         rows = zone.nodes, zone.coefficients, zone.normals
-        entries, self.values = row_products(*rows, zone.n_vertices)
+        entries, self.values = gram_products(*rows, zone.n_vertices)
         self.diagonal = np.flatnonzero(entries[:, 0] == entries[:, 1])
         self.factors = SparseCholesky(entries, len(zone.rhs), 1)
 
@@ -129,7 +129,7 @@ def interior_point(zone, start, gap_tolerance, violation_tolerance):
         error = max(relative_gap / gap_tolerance, violation * scale / violation_tolerance)
         if error < best[0]:
             best = (error, z, multipliers, iteration)
-        if error < ENOUGH or iteration > best[3] + 5:
+        if error < CONVERGED_ERROR or iteration > best[3] + 5:
             break
         if norm > FARTHEST:
             return z * scale, multipliers * scale, iteration, False

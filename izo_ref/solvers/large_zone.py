@@ -21,7 +21,7 @@ FIRST_SWEEPS, MORE_SWEEPS = 16, 2000
 # 0.001 to 0.08 for chains, piles, and all zones of real steps from 1374 to 43,036 impacts.
 ENTANGLED = 0.2
 # Of the tolerances, so that rounding elsewhere does not lift the residuals over them.
-ENOUGH = 0.5
+TOLERANCE_SHARE = 0.5
 
 
 class LargeZone(NamedTuple):
@@ -61,7 +61,7 @@ def solve_large_zone(zone: LargeZone, start, gap_tolerance, violation_tolerance,
         z (n,), multipliers (m,), the method that ended it, its steps, and whether the rows are
         satisfied.
     """
-    tolerances = ENOUGH * gap_tolerance, ENOUGH * violation_tolerance
+    tolerances = TOLERANCE_SHARE * gap_tolerance, TOLERANCE_SHARE * violation_tolerance
     of_unit_rows = violation_tolerance / zone.lengths.max()
     if start.any() and not interior_only:
         solution = pivot_from(zone, start, gap_tolerance, of_unit_rows)

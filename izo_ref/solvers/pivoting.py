@@ -18,7 +18,7 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm (1976).
 
 import numpy as np
 
-from izo_ref.solvers.serial.gram import row_products
+from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import residuals
 from izo_ref.solvers.sparse import SparseCholesky
 
@@ -29,7 +29,7 @@ from izo_ref.solvers.sparse import SparseCholesky
 # With 1e-6 some zones crept toward that for more than 30 solves.
 RHO = 1e-8
 # Of the tolerances: a digit more is one more solve.
-ENOUGH = 1e-2
+TOLERATED_SLOP = 1e-2
 # Of the zones of cloth-ball-clean that it ends at all, it ends 90 % in 14 steps.
 MAX_STEPS = 24
 # Times that the rows on the wrong side may fail to get fewer.
@@ -54,7 +54,7 @@ def pivot_from(zone, start, gap_tolerance, violation_tolerance):
     scale = zone.rhs.max()
     s, v = zone.rhs / scale, start / scale
     # rows this little below s are left: to rounding they could enter and leave for ever
-    slop = ENOUGH * violation_tolerance / scale
+    slop = TOLERATED_SLOP * violation_tolerance / scale
     dual, primal, no_slack = np.empty(3 * zone.n_vertices), np.empty(len(s)), np.zeros(len(s))
     rows = zone.times(zone.pull(v))
     inside = (v > 0.0) | (rows < s)
@@ -76,7 +76,7 @@ def pivot_from(zone, start, gap_tolerance, violation_tolerance):
             continue
         violation, objective, gap, _ = residuals(z, z, rows, s, no_slack, u, dual, primal)
         off = max(gap / objective / gap_tolerance, violation * scale / violation_tolerance)
-        if off < ENOUGH:
+        if off < TOLERATED_SLOP:
             return z * scale, u * scale, step
         v, fewest, waited = u, np.inf, 0
     return None
@@ -96,7 +96,7 @@ class _Pattern:
 
     def __init__(self, zone, rows):
         self._has, self._rows = rows, np.flatnonzero(rows)
-        entries, self._values = row_products(
+        entries, self._values = gram_products(
             zone.nodes[rows], zone.coefficients[rows], zone.normals[rows], zone.n_vertices
         )
         self._first, self._second = entries.T

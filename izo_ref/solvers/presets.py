@@ -16,7 +16,7 @@ from izo_ref.solvers.serial.line_search import BACKTRACKING, EXACT, WOLFE
 LINE_SEARCHES = {"exact": EXACT, "backtracking": BACKTRACKING, "wolfe": WOLFE}
 
 
-class Method(NamedTuple):
+class MethodParameters(NamedTuple):
     """A direction and what suits it.
 
     The page gives mu no value that fits all scalings. Rows have unit length here, so one
@@ -49,15 +49,15 @@ class Method(NamedTuple):
         return mu, (np.full(len(coupling), self.mu_cap) if grown else mu)
 
 
-METHODS = {
-    "gradient": Method(codes.GRADIENT, False, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
+METHOD_PARAMETERS = {
+    "gradient": MethodParameters(codes.GRADIENT, False, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
     # the diagonal is no better than none in scaled variables, and worse with a large mu
-    "jacobi": Method(codes.JACOBI, True, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
-    "chebyshev": Method(codes.CHEBYSHEV, True, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
-    "cg": Method(codes.CG, False, codes.MODEL, 0.1, 5.0, 30.0, 1e4),
-    "lbfgs": Method(codes.LBFGS, False, codes.UNIT, 0.9, 10.0, 30.0, 1e4),
+    "jacobi": MethodParameters(codes.JACOBI, True, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
+    "chebyshev": MethodParameters(codes.CHEBYSHEV, True, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
+    "cg": MethodParameters(codes.CG, False, codes.MODEL, 0.1, 5.0, 30.0, 1e4),
+    "lbfgs": MethodParameters(codes.LBFGS, False, codes.UNIT, 0.9, 10.0, 30.0, 1e4),
     # 4 to 15 steps with 1e3 on 4 to 4096 impacts; a larger mu is felt by the linear systems
-    "newton": Method(codes.NEWTON, False, codes.UNIT, 0.9, 10.0, 1e3, 1e8),
+    "newton": MethodParameters(codes.NEWTON, False, codes.UNIT, 0.9, 10.0, 1e3, 1e8),
 }
 
 
@@ -123,10 +123,10 @@ PRESETS = {
 PRESET_STEPS = 100
 
 
-def chosen_settings(options: Options, thickness: float) -> Settings:
+def choose_settings(options: Options, thickness: float) -> Settings:
     """Settings of the loop: those of the method, or of the preset where there is one."""
     preset = PRESETS.get(options.preset)
-    method = METHODS[preset.method if preset else options.method]
+    method = METHOD_PARAMETERS[preset.method if preset else options.method]
     every_step = options.multiplier_update == "every-step"
     # looked at every ten steps or after inner solves, hence the two rates
     growth = (2.0 if every_step else 10.0) if options.penalty == "grown" else 1.0

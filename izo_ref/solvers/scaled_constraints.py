@@ -12,7 +12,7 @@ class SystemSolution(NamedTuple):
     """Of all zones of a system, side by side."""
 
     positions: np.ndarray  # (n_vertices, 3) f8 [m]
-    displacements: np.ndarray  # (n_vertices, 3) f8 [m], from the targets
+    displacements: np.ndarray  # (n_vertices, 3) f8 [m], from the proposed positions
     multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
     active: np.ndarray  # (n_impacts,) b1, rows that hold the solution
     feasible: np.ndarray  # (n_zones,) b1
@@ -21,7 +21,7 @@ class SystemSolution(NamedTuple):
     trace: np.ndarray | None = None  # (steps, 2) f8, of the first zone, see ZoneSolution
 
 
-class ScaledRows(NamedTuple):
+class ScaledConstraints(NamedTuple):
     """The system in scaled variables: C z >= s with rows of unit length."""
 
     unknowns: np.ndarray  # (n_impacts, 4) i4, as nodes; -1 for pinned
@@ -31,17 +31,17 @@ class ScaledRows(NamedTuple):
     hopeless: np.ndarray  # (n_impacts,) b1, violated and without unknowns
 
 
-def scaled_rows(system: ZoneSystem) -> ScaledRows:
+def scale_constraints(system: ZoneSystem) -> ScaledConstraints:
     """z_i = sqrt(m_i) (x_i - y_i), and each row of the constraints over its length."""
     n = len(system.nodes)
-    rows = ScaledRows(
+    rows = ScaledConstraints(
         np.empty((n, 4), np.int32), np.empty((n, 4)), np.empty(n), np.empty(n), np.empty(n, bool)
     )
-    kernels.scaled_rows(
+    kernels.scale_constraints(
         system.nodes,
         system.weights,
         system.normals,
-        system.targets,
+        system.proposed,
         1.0 / np.sqrt(system.masses),
         system.thickness,
         *rows,

@@ -14,7 +14,7 @@ from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.large_zone import LargeZone, solve_large_zone
 from izo_ref.solvers.presets import GPU_METHOD
-from izo_ref.solvers.scaled_constraints import SystemSolution, scaled_rows
+from izo_ref.solvers.scaled_constraints import SystemSolution, scale_constraints
 from izo_ref.solvers.serial.small_zone import (
     ACTIVE_SET,
     BLOCK_PIVOT,
@@ -27,7 +27,7 @@ from izo_ref.zones.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.zones.system import ZoneSystem, problem_system
 
 INTERIOR_POINT = 3
-METHODS = np.array(
+METHOD_NAMES = np.array(
     ["closed-form", "block-pivot", "active-set", "interior-point", "apgs", "pivoting"]
 )
 # Some 5 ns each: a zone of n impacts is n (n + 60) of them, or a little more.
@@ -49,7 +49,7 @@ def solve_system(
     Raises:
         OptionError, DeviceUnavailableError.
     """
-    rows = scaled_rows(system)
+    rows = scale_constraints(system)
     if checks.device(device) == "cuda":
         options, solve = _of_device(options)
         return descend(system, options, rows, trace, solve)
@@ -62,7 +62,7 @@ def solve_system(
     limits = Limits(options.gap_tolerance, violation_m, FARTHEST)
     codes, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
     scaled, steps = np.empty(len(rows.rhs)), np.zeros(n_zones, np.int32)
-    z = np.zeros((len(system.targets), 3))
+    z = np.zeros((len(system.proposed), 3))
     small, first_tried = _small_zones(system, options)
     # a launch over all threads pays from some 100 us of work on
     sizes = np.diff(system.impact_offsets)[small]
@@ -104,13 +104,13 @@ def solve_system(
         solved &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
     displacements = (1.0 / np.sqrt(system.masses))[:, None] * z
     return SystemSolution(
-        system.targets + displacements,
+        system.proposed + displacements,
         displacements,
         scaled / rows.lengths,
         active,
         solved,
         steps,
-        METHODS[codes],
+        METHOD_NAMES[codes],
     )
 
 
@@ -162,7 +162,7 @@ def _solve_large(system, options, rows, zone, start, z, scaled, active, steps):
     z[vertices] = solution.reshape(-1, 3)
     if (rows.unknowns[own] >= 0).all():
         _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))
-    return np.flatnonzero(method == METHODS)[0], solved
+    return np.flatnonzero(method == METHOD_NAMES)[0], solved
 
 
 def _keep_centre(z, sqrt_masses):
@@ -245,10 +245,10 @@ def solve_zone(
     pinned = np.isinf(problem.masses)
     if len(problem.nodes) == 0 or pinned.all():
         nothing = np.zeros(len(problem.nodes))
-        judged = residuals(problem, problem.targets, nothing)
+        judged = residuals(problem, problem.proposed, nothing)
         feasible = judged.feasible(tolerance)
-        still = np.zeros_like(problem.targets)
-        return ZoneSolution(problem.targets.copy(), still, nothing, judged, method, 0, feasible)
+        still = np.zeros_like(problem.proposed)
+        return ZoneSolution(problem.proposed.copy(), still, nothing, judged, method, 0, feasible)
     system, places = problem_system([problem])
     solution = solve_system(system, options, trace, device=device)
     positions = solution.positions[places]

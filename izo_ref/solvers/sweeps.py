@@ -4,12 +4,12 @@ import numpy as np
 
 from izo_ref.base.options import Options
 from izo_ref.solvers.cpu import zones as kernels
-from izo_ref.solvers.scaled_constraints import ScaledRows, SystemSolution
+from izo_ref.solvers.scaled_constraints import ScaledConstraints, SystemSolution
 from izo_ref.zones.system import ZoneSystem
 
 
 def sweep(
-    system: ZoneSystem, options: Options, rows: ScaledRows, trace: bool = False
+    system: ZoneSystem, options: Options, rows: ScaledConstraints, trace: bool = False
 ) -> SystemSolution:
     """Sweeps over the multipliers of each zone, in the precision of the options.
 
@@ -42,13 +42,13 @@ def sweep(
         steps,
         traces,
     )
-    displacements = np.zeros_like(system.targets)
+    displacements = np.zeros_like(system.proposed)
     per_vertex = np.diff(system.vertex_offsets)
     scale = np.repeat(largest, per_vertex) / np.sqrt(system.masses[:n_free])
     displacements[:n_free] = scale[:, None] * z
     multipliers = by_impact / rows.lengths * multipliers
     return SystemSolution(
-        system.targets + displacements,
+        system.proposed + displacements,
         displacements,
         multipliers,
         multipliers > 0.0,

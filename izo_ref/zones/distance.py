@@ -45,7 +45,7 @@ def distance_bound(problem, positions, multipliers, displacements=None) -> float
         positions: (n, 3) [m], whoever computed them.
         multipliers: (n_impacts,) [kg], of 1/2 sum m |x - y|^2; they need not be good, nor
             come from a solver: they say which rows to take for active.
-        displacements: (n, 3) [m], from the targets, if they are known more exactly than
+        displacements: (n, 3) [m], from the proposed positions, if they are known more exactly than
             positions can say; the bound is then for them, whatever the positions are.
 
     Returns:
@@ -54,7 +54,7 @@ def distance_bound(problem, positions, multipliers, displacements=None) -> float
         and where numbers overflow.
     """
     if displacements is None:
-        displacements = positions - problem.targets
+        displacements = positions - problem.proposed
     if not (np.isfinite(displacements).all() and np.isfinite(multipliers).all()):
         return math.inf
     if displacements[np.isinf(problem.masses)].any() or _names_one_twice(problem.nodes):
@@ -189,7 +189,7 @@ class _Zone:
 
 
 def _slack(problem, displacements, rows):
-    """Gap less thickness at targets plus displacements, and a bound of its rounding.
+    """Gap less thickness at proposed plus displacements, and a bound of its rounding.
 
     Both parts relative to the first node. Each takes a difference, two products, and sums
     of 4 and of 3 terms: 8 u of the sizes of its terms. Weights that do not sum to zero add
@@ -200,7 +200,7 @@ def _slack(problem, displacements, rows):
     error = np.zeros(len(nodes))
     sums = np.abs([math.fsum(row) for row in weights.tolist()])
     size = np.abs(normals)
-    for part in (problem.targets, displacements):
+    for part in (problem.proposed, displacements):
         relative = part[nodes] - part[nodes[:, :1]]
         points = np.einsum("jk,jkx->jx", weights, relative)
         total += np.einsum("jx,jx->j", normals, points)

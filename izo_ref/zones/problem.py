@@ -12,10 +12,10 @@ class ZoneProblem:
     """Minimise 1/2 sum_i m_i |x_i - y_i|^2 subject to N_j . sum_k a_jk x[nodes_jk] >= d.
 
     Args:
-        nodes: (n_impacts, 4) indices into targets.
+        nodes: (n_impacts, 4) indices into proposed.
         weights: (n_impacts, 4), a.
         normals: (n_impacts, 3), N.
-        targets: (n, 3) [m], y.
+        proposed: (n, 3) [m], the proposed positions y.
         masses: (n,) [kg], m > 0; infinite for a pinned vertex, which stays at its target.
         thickness: [m], d > 0.
 
@@ -25,9 +25,9 @@ class ZoneProblem:
     Source: SPEC sections 1 and 5.
     """
 
-    def __init__(self, nodes, weights, normals, targets, masses, thickness):
-        self.targets = checks.floats("targets", targets, (None, 3))
-        k = len(self.targets)
+    def __init__(self, nodes, weights, normals, proposed, masses, thickness):
+        self.proposed = checks.floats("proposed", proposed, (None, 3))
+        k = len(self.proposed)
         self.nodes = checks.indices("nodes", nodes, 4, k)
         n = len(self.nodes)
         self.weights = checks.floats("weights", weights, (n, 4))
@@ -49,7 +49,7 @@ class ZoneProblem:
 
     def pull(self, multipliers):
         """(n, 3) f8 [kg m], A^T multipliers: sum_j a_ji N_j l_j."""
-        forces = np.zeros_like(self.targets)
+        forces = np.zeros_like(self.proposed)
         terms = self.weights[:, :, None] * (multipliers[:, None] * self.normals)[:, None, :]
         np.add.at(forces, self.nodes.ravel(), terms.reshape(-1, 3))
         return forces
@@ -96,8 +96,8 @@ def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
         return Residuals(*[math.inf] * 6, violation_floor=0.0, gap_floor=0.0)
     scale = problem.inverse_sqrt_masses[:, None]
     free = scale[:, 0] > 0.0
-    moved = np.zeros_like(problem.targets)
-    moved[free] = (positions - problem.targets)[free] / scale[free]
+    moved = np.zeros_like(problem.proposed)
+    moved[free] = (positions - problem.proposed)[free] / scale[free]
     objective = 0.5 * float(np.sum(moved**2))
     slack = problem.gaps(positions)
     clamped = np.maximum(multipliers, 0.0)
@@ -130,7 +130,7 @@ class ZoneSolution(NamedTuple):
     """What a solver returns; `residuals` are computed outside of it."""
 
     positions: np.ndarray  # (n, 3) f8 [m]
-    # (n, 3) f8 [m], from the targets. A heavy vertex moves by less than its position can
+    # (n, 3) f8 [m], from the proposed positions. A heavy vertex moves by less than its position can
     # say: at a mass ratio of 1e12 the rounding of positions is 1e-10 of the whole answer.
     displacements: np.ndarray
     multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2

@@ -33,7 +33,7 @@ class ZoneSystem(NamedTuple):
     nodes: np.ndarray  # (n_impacts, 4) i4, zone by zone
     weights: np.ndarray  # (n_impacts, 4) f8
     normals: np.ndarray  # (n_impacts, 3) f8
-    targets: np.ndarray  # (n_vertices, 3) f8 [m], unpinned zone by zone, then pinned ones
+    proposed: np.ndarray  # (n_vertices, 3) f8 [m], unpinned zone by zone, then pinned ones
     masses: np.ndarray  # (n_vertices,) f8 [kg], infinite for pinned
     thickness: float  # [m]
 
@@ -90,7 +90,7 @@ def problem_system(problems) -> tuple[ZoneSystem, np.ndarray]:
         places[nodes].astype(np.int32),
         np.concatenate([problem.weights for problem in problems]),
         np.concatenate([problem.normals for problem in problems]),
-        np.concatenate([problem.targets for problem in problems])[order],
+        np.concatenate([problem.proposed for problem in problems])[order],
         masses[order],
         problems[0].thickness,
     )

@@ -5,7 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base.exact import simplices_meet
-from izo_ref.certificate.cpu.meetings import certain_meetings
+from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.certificate.exact_path import first_meeting, roots_in_unit_interval, sign_at
 from izo_ref.detection.formulas.advance import APART
 from tests.helpers.contacts import first_contact
@@ -107,7 +107,7 @@ def test_no_false_answer_on_any_query():
 def certain(is_edge_edge, start, end, toi):
     meets = np.empty(1, bool)
     nodes = np.arange(4, dtype=np.int32)[None]
-    certain_meetings(start, end, nodes, np.array([is_edge_edge]), np.array([toi]), meets)
+    decide_meetings(start, end, nodes, np.array([is_edge_edge]), np.array([toi]), meets)
     return bool(meets[0])
 
 

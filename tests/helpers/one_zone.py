@@ -4,16 +4,16 @@ import numpy as np
 
 from izo_ref.base.options import Options
 from izo_ref.base.serial.thread_group import ALONE
-from izo_ref.solvers.presets import chosen_settings
+from izo_ref.solvers.presets import choose_settings
 from izo_ref.solvers.serial.lagrangian import Zone
 from tests.naive.qp import dense_rows
 
 
 def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
-    """(Zone, dense rows); x (n, 3) from the targets, kappa (n,)."""
+    """(Zone, dense rows); x (n, 3) from the proposed positions, kappa (n,)."""
     n, m = len(problem.masses), len(problem.nodes)
     rows = dense_rows(problem.nodes, problem.weights, problem.normals, n)
-    starts = problem.thickness - rows @ problem.targets.ravel()
+    starts = problem.thickness - rows @ problem.proposed.ravel()
 
     def unknowns(values, last):
         return np.append(np.ravel(values), [last] * 3).astype(dtype)
@@ -46,12 +46,12 @@ def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
 
 def settings(**changes):
     """Settings of the loop as gradient descent has them, but for the changes."""
-    return chosen_settings(Options(method="gradient"), 1e-3)._replace(**changes)
+    return choose_settings(Options(method="gradient"), 1e-3)._replace(**changes)
 
 
 def value(problem, rows, kappa, mu, x, multipliers):
-    """Page eq. 11, literally; x (3 n,) from the targets."""
-    c = problem.thickness - rows @ (problem.targets.ravel() + x)
+    """Page eq. 11, literally; x (3 n,) from the proposed positions."""
+    c = problem.thickness - rows @ (problem.proposed.ravel() + x)
     pushed = np.maximum(c + multipliers / mu, 0.0)
     penalty = 0.5 * mu * np.sum(pushed**2) - np.sum(multipliers**2) / (2.0 * mu)
     return np.sum(np.repeat(kappa, 3) * x**2) + penalty

@@ -4,7 +4,7 @@ import numpy as np
 
 import izo_ref
 from izo_ref.solvers.large_zone import LargeZone
-from izo_ref.solvers.scaled_constraints import scaled_rows
+from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.zones.system import problem_system
 
 
@@ -58,15 +58,15 @@ def random_problem(rng, n_impacts, mass_ratio=1.0, n_vertices=None, thickness=1e
     weights = np.where(rng.random((n_impacts, 1)) < 0.5, edges, faces)
     normals = rng.normal(size=(n_impacts, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    targets = 0.01 * rng.normal(size=(k, 3))
+    proposed = 0.01 * rng.normal(size=(k, 3))
     masses = mass_ratio ** rng.random(k)
-    return izo_ref.ZoneProblem(nodes, weights, normals, targets, masses, thickness)
+    return izo_ref.ZoneProblem(nodes, weights, normals, proposed, masses, thickness)
 
 
 def large_zone(problem):
     """The `LargeZone` of a problem on its own."""
     system, _ = problem_system([problem])
-    rows = scaled_rows(system)
+    rows = scale_constraints(system)
     n = int(system.vertex_offsets[1])
     return LargeZone(rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths, n)
 
@@ -75,7 +75,7 @@ ONE = {
     "nodes": [[0, 1, 2, 3]],
     "weights": [[1.0, -0.5, -0.25, -0.25]],
     "normals": [[0.0, 0.0, 1.0]],
-    "targets": [[0, 0, -1.0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
+    "proposed": [[0, 0, -1.0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
     "masses": [1.0, 1.0, 2.0, 4.0],
     "thickness": 0.5,
 }

@@ -5,7 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base.options import RULES, Options
-from izo_ref.detection.components import Parts
+from izo_ref.detection.components import MeshComponents
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
@@ -132,7 +132,7 @@ def test_a_part_that_nothing_reaches_is_in_no_tree(rng):
 
 def test_parts(rng):
     scene = two_sheets(rng, 4)
-    parts = Parts(len(scene.positions_t0) + 2, scene.faces)
+    parts = MeshComponents(len(scene.positions_t0) + 2, scene.faces)
     assert parts.count == 4  # two sheets, and two vertices in no face
     assert parts.part.tolist() == [0] * 16 + [1] * 16 + [2, 3]
     positions = np.vstack((scene.positions_t0, [[5, 5, 5], [9, 9, 9.0]]))

@@ -31,21 +31,21 @@ def small_blocks(monkeypatch):
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 1])
 def test_sums_before_each(rng, n):
     values = rng.integers(0, 9, n)
-    starts = arrays.on_host(arrays.starts_of(arrays.on_device(values)))
+    starts = arrays.to_cpu(arrays.offsets_of(arrays.to_gpu(values)))
     assert np.array_equal(starts, np.concatenate(([0], np.cumsum(values))))
 
 
 @pytest.mark.parametrize("n", [0, *SIZES])
 def test_where_flags_are_true(rng, n):
     flags = rng.random(n) < 0.3
-    index = arrays.on_host(arrays.indices_of(arrays.on_device(flags)))
+    index = arrays.to_cpu(arrays.flatnonzero(arrays.to_gpu(flags)))
     assert np.array_equal(index, np.flatnonzero(flags))
 
 
 @pytest.mark.parametrize("n", [0, *SIZES])
 def test_orders_are_stable(rng, n):
     keys = rng.integers(-3, 4, n) << 40
-    order = arrays.on_host(arrays.order_of(arrays.on_device(keys)))
+    order = arrays.to_cpu(arrays.stable_argsort(arrays.to_gpu(keys)))
     assert np.array_equal(order, np.argsort(keys, kind="stable"))
 
 
@@ -54,7 +54,7 @@ def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
 
     def argsort(keys):
         asked.append(len(keys))
-        return arrays.on_device(np.argsort(arrays.on_host(keys), kind="stable"))
+        return arrays.to_gpu(np.argsort(arrays.to_cpu(keys), kind="stable"))
 
     cupy = types.SimpleNamespace(asarray=lambda keys: keys, argsort=argsort)
     monkeypatch.setitem(sys.modules, "cupy", cupy)
@@ -63,7 +63,7 @@ def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
         # the simulator never says that it is there
         assert not interop.has_cupy()
         monkeypatch.setattr(arrays, "has_cupy", lambda there=there: there)
-        order = arrays.on_host(arrays.order_of(arrays.on_device(keys)))
+        order = arrays.to_cpu(arrays.stable_argsort(arrays.to_gpu(keys)))
         assert np.array_equal(order, np.argsort(keys, kind="stable"))
         assert asked == ([5 * TILE] if there else [])
 
@@ -71,23 +71,23 @@ def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 2])
 def test_columns_are_reduced(rng, n):
     for values in (rng.normal(size=(n, 3)), rng.integers(-9, 9, (n, 3))):
-        own = arrays.on_device(values)
-        assert arrays.reduced(own, LARGEST, 1) == values[:, 1].max()
-        assert arrays.reduced(own, LEAST, 2) == values[:, 2].min()
+        own = arrays.to_gpu(values)
+        assert arrays.reduce(own, LARGEST, 1) == values[:, 1].max()
+        assert arrays.reduce(own, LEAST, 2) == values[:, 2].min()
         # of n terms, whatever the order
         bound = n * 2.0**-53 * np.abs(values[:, 0]).sum()
-        assert abs(arrays.reduced(own, SUM) - values[:, 0].sum()) <= bound
+        assert abs(arrays.reduce(own, SUM) - values[:, 0].sum()) <= bound
 
 
 def test_rows_are_taken_and_joined(rng):
     rows, index = rng.normal(size=(7, 3)), np.array([6, 0, 0])
-    taken = arrays.take(arrays.on_device(rows), arrays.on_device(index))
-    assert np.array_equal(arrays.on_host(taken), rows[index])
+    taken = arrays.take(arrays.to_gpu(rows), arrays.to_gpu(index))
+    assert np.array_equal(arrays.to_cpu(taken), rows[index])
     nothing = arrays.empty((0, 3), float)
-    both = arrays.joined([taken, nothing, arrays.on_device(rows)])
-    assert np.array_equal(arrays.on_host(both), np.concatenate((rows[index], rows)))
-    numbers = arrays.take(arrays.counted(7, 3), arrays.on_device(index))
-    assert arrays.on_host(numbers).tolist() == [9, 3, 3]
+    both = arrays.concatenate([taken, nothing, arrays.to_gpu(rows)])
+    assert np.array_equal(arrays.to_cpu(both), np.concatenate((rows[index], rows)))
+    numbers = arrays.take(arrays.arange(7, 3), arrays.to_gpu(index))
+    assert arrays.to_cpu(numbers).tolist() == [9, 3, 3]
 
 
 def refusing(message):

@@ -53,10 +53,10 @@ def test_boxes_hold_all_and_lanes_what_moves(rng):
             for i in range(n):
                 elements.tree.blocks[first + i // 8, :, i % 8] = 9e9
             n = -(-n // 8)
-    detector.find(arrays.on_device(scene.positions_t1))
+    detector.find(arrays.to_gpu(scene.positions_t1))
     of_vertices = vertex_boxes(scene.positions_t0, scene.positions_t1, scene.positions_t1)
     for elements in detector._elements:
-        nodes, blocks, lanes, levels = (arrays.on_host(a) for a in elements.tree[1:])
+        nodes, blocks, lanes, levels = (arrays.to_cpu(a) for a in elements.tree[1:])
         ends = of_vertices[nodes]
         low, high = ends.min(axis=1), ends.max(axis=1)
         boxes = np.hstack((low[:, :3], high[:, :3], low[:, 3:6], high[:, 6:]))

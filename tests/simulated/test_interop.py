@@ -37,12 +37,10 @@ def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
 
 def test_positions_are_read_where_they_are(rng, monkeypatch):
     scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
-    sent, send = [], arrays.on_device
+    sent, send = [], arrays.to_gpu
     modules = "base.gpu_arrays", "loop.gpu_step", "detection.gpu_detector"
     for module in modules:
-        monkeypatch.setattr(
-            f"izo_ref.{module}.on_device", lambda a: sent.append(a.shape) or send(a)
-        )
+        monkeypatch.setattr(f"izo_ref.{module}.to_gpu", lambda a: sent.append(a.shape) or send(a))
     izo_ref.resolve(scene, 1e-3, "cuda")
     assert sent
     # the certificate alone, which is not looked at here, takes what is returned on the processor

@@ -6,12 +6,12 @@ from numba import cuda
 
 import izo_ref
 from izo_ref import Options
-from izo_ref.base.cuda import thread_group as team
+from izo_ref.base.cuda import thread_group as group
 from izo_ref.base.errors import DeviceUnavailableError
-from izo_ref.base.serial.thread_group import team_maxima, team_sum, team_sums
+from izo_ref.base.serial.thread_group import group_maxima, group_sum, group_sums
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers.cuda import lagrangian as kernels
-from izo_ref.solvers.presets import METHODS, PRESETS
+from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.system import problem_system
 from tests.helpers.grids import blocks_together
@@ -24,37 +24,37 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|inval
 def blocks_of(monkeypatch, n_threads, warp):
     monkeypatch.setattr(lagrangian, "FEW", n_threads)
     monkeypatch.setattr(lagrangian, "MANY", n_threads)
-    monkeypatch.setattr(team, "WARP", warp)
+    monkeypatch.setattr(group, "WARP", warp)
 
 
 # one; as many as add each for itself; so few that each has several parts to add
 BLOCKS = [(1, 2), (3, 4), (5, 2)]
 
 
-def sums_and_maxima(team, values, out):
-    k = team.rank()
+def sums_and_maxima(group, values, out):
+    k = group.rank()
     for _ in range(3):  # memory of the one before may still be read
-        a, b, c = team_sums(team, values[k, 0], values[k, 1], values[k, 2])
-        d, e = team_maxima(team, values[k, 0], values[k, 1])
-        f = team_sum(team, values[k, 2])
+        a, b, c = group_sums(group, values[k, 0], values[k, 1], values[k, 2])
+        d, e = group_maxima(group, values[k, 0], values[k, 1])
+        f = group_sum(group, values[k, 2])
     out[k] = a, b, c, d, e, f
 
 
 @pytest.mark.parametrize("n_blocks", [None, 1, 2, 7])
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
-def test_teams_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
-    monkeypatch.setattr(team, "WARP", warp)
+def test_thread_groups_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
+    monkeypatch.setattr(group, "WARP", warp)
     n = n_threads * (n_blocks or 1)
     values, out = rng.normal(size=(n, 3)), np.empty((n, 6))
-    parts = np.zeros((n_blocks or 1, team.PARTS))
+    parts = np.zeros((n_blocks or 1, group.PARTS))
 
     @cuda.jit
     def kernel(values, parts, out):
-        who = team.block() if n_blocks is None else team.grid(parts)
+        who = group.block() if n_blocks is None else group.grid(parts)
         sums_and_maxima(who, values, out)
 
     with blocks_together(kernel.py_func):
-        kernel[n_blocks or 1, n_threads, 0, team.shared_bytes(n_threads)](values, parts, out)
+        kernel[n_blocks or 1, n_threads, 0, group.shared_bytes(n_threads)](values, parts, out)
     sums, largest = values.sum(axis=0), values.max(axis=0)
     for row in out:
         assert np.array_equal(row, out[0])
@@ -65,7 +65,7 @@ def test_teams_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks
 
 
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHOD_PARAMETERS)
 def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method, n_threads, warp):
     blocks_of(monkeypatch, n_threads, warp)
     problems = [random_problem(rng, n, mass_ratio=1e3) for n in (1, 2, 4)]
@@ -85,7 +85,7 @@ def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method,
 
 
 @pytest.mark.parametrize("n_blocks", [1, 3])
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHOD_PARAMETERS)
 def test_large_zones_by_several_blocks_are_those_of_the_processor(
     rng, monkeypatch, method, n_blocks
 ):
@@ -104,7 +104,7 @@ def test_large_zones_by_several_blocks_are_those_of_the_processor(
     np.testing.assert_allclose(found.displacements, expected.displacements, atol=1e-13 * size)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", METHOD_PARAMETERS)
 def test_single_precision(rng, monkeypatch, method):
     blocks_of(monkeypatch, 3, 2)
     problem = random_problem(rng, 3)

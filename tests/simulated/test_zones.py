@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from izo_ref.base.gpu_arrays import on_device, on_host
+from izo_ref.base.gpu_arrays import to_cpu, to_gpu
 from izo_ref.base.records import Impacts
 from izo_ref.zones import grouping as zones
 from izo_ref.zones import selection
@@ -27,14 +27,14 @@ def random_impacts(rng, n, n_vertices):
 
 
 def of_device(impacts):
-    return Impacts(*(on_device(column) for column in impacts))
+    return Impacts(*(to_gpu(column) for column in impacts))
 
 
 @pytest.mark.parametrize("name", ["independent", "first-of-any", "all"])
 @pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
 def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
     impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
-    chosen = on_host(select_impacts(of_device(impacts), on_device(pinned), name))
+    chosen = to_cpu(select_impacts(of_device(impacts), to_gpu(pinned), name))
     expected = np.flatnonzero(selection.select_impacts(impacts, pinned, name))
     assert np.array_equal(chosen, expected)
 
@@ -43,10 +43,10 @@ def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
 def test_zones_are_those_of_the_processor(rng, n, n_vertices):
     impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.3
     impacts.nodes[0] = np.flatnonzero(~pinned)[:4]
-    found = build_zones(of_device(impacts), on_device(pinned))
+    found = build_zones(of_device(impacts), to_gpu(pinned))
     expected = zones.build_zones(Scene(pinned), impacts)
     for own, other in zip(found, expected, strict=True):
-        assert np.array_equal(on_host(own), other)
+        assert np.array_equal(to_cpu(own), other)
 
 
 def test_a_chain_is_one_zone(rng):
@@ -56,6 +56,6 @@ def test_a_chain_is_one_zone(rng):
     order = rng.permutation(n)
     pinned = np.arange(n + 2) == n + 1
     impacts = random_impacts(rng, n, n + 2)._replace(nodes=nodes[order].astype(np.int32))
-    found = build_zones(of_device(impacts), on_device(pinned))
-    assert on_host(found.impact_offsets).tolist() == [0, n]
-    assert on_host(found.vertices).tolist() == list(range(n + 1))
+    found = build_zones(of_device(impacts), to_gpu(pinned))
+    assert to_cpu(found.impact_offsets).tolist() == [0, n]
+    assert to_cpu(found.vertices).tolist() == list(range(n + 1))

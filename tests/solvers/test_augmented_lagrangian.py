@@ -6,7 +6,7 @@ import pytest
 import izo_ref
 from izo_ref.base.options import CHOICES, LAGRANGIAN, Options
 from izo_ref.solvers.augmented_lagrangian import descend
-from izo_ref.solvers.scaled_constraints import scaled_rows
+from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.zones.system import ZoneSystem
 from tests.helpers.shapes import opposed, problem, random_problem
 from validation.scenes.zones import random_zone
@@ -105,7 +105,7 @@ def test_steps_are_limited_and_counted(rng, method):
         assert found.iterations == steps
         assert np.isfinite(found.residuals.violation)
     np.testing.assert_array_equal(
-        izo_ref.solve_zone(zone, method, max_steps=0).positions, zone.targets
+        izo_ref.solve_zone(zone, method, max_steps=0).positions, zone.proposed
     )
 
 
@@ -161,11 +161,11 @@ def test_zones_side_by_side_are_solved_as_alone(rng, method):
         np.concatenate([zone.nodes + at for zone, at in zip(zones, vertices, strict=False)]),
         np.concatenate([zone.weights for zone in zones]),
         np.concatenate([zone.normals for zone in zones]),
-        np.concatenate([zone.targets for zone in zones]),
+        np.concatenate([zone.proposed for zone in zones]),
         np.concatenate([zone.masses for zone in zones]),
         zones[0].thickness,
     )
-    together = descend(system, Options(method=method), scaled_rows(system))
+    together = descend(system, Options(method=method), scale_constraints(system))
     for i, zone in enumerate(zones):
         alone = izo_ref.solve_zone(zone, method)
         own = slice(vertices[i], vertices[i + 1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from izo_ref.base.options import Options
-from izo_ref.solvers.scaled_constraints import scaled_rows
+from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
 from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
 from izo_ref.solvers.serial.constraints import NOT_CONVERGED, SOLVED
@@ -18,8 +18,8 @@ from validation.scenes.zones import random_zone
 def pivoted(zone):
     """Status, multipliers of the unit rows and z, by block pivoting alone."""
     system, _ = problem_system([zone])
-    rows = scaled_rows(system)
-    n, m = len(system.targets), len(rows.rhs)
+    rows = scale_constraints(system)
+    n, m = len(system.proposed), len(rows.rhs)
     u, z = np.full(m, np.nan), np.full((n, 3), np.nan)
     numbers, indices = work_of_block_pivot(m, n)
     scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
@@ -32,7 +32,7 @@ def pivoted(zone):
 
 
 def dense(rows, system):
-    full = np.zeros((len(rows.rhs), len(system.targets), 3))
+    full = np.zeros((len(rows.rhs), len(system.proposed), 3))
     for j, nodes in enumerate(rows.unknowns):
         for k in range(4):
             if nodes[k] >= 0:
@@ -78,11 +78,11 @@ def test_the_active_set_minds_no_guess(rng, n):
     """All rows, which has multipliers of both signs, none, and half of them."""
     zone = random_problem(rng, n)
     system, _ = problem_system([zone])
-    rows = scaled_rows(system)
+    rows = scale_constraints(system)
     data = rows.unknowns, rows.coefficients, system.normals, rows.rhs
     answers = []
     for guess in (np.zeros(n), np.ones(n), (np.arange(n) % 2).astype(float)):
-        u, z = guess.copy(), np.full((len(system.targets), 3), np.nan)
+        u, z = guess.copy(), np.full((len(system.proposed), 3), np.nan)
         numbers, indices = work_of_active_set(n, len(z))
         scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
         status, steps = active_set(0, n, 0, len(z), *data, *scratch, u, z.ravel())

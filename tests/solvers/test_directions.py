@@ -29,7 +29,7 @@ def zone(rng):
     """Arrays of a zone, evaluated, with its dense generalised Hessian."""
     zone = random_problem(rng, 10)
     kappa = 0.5 + rng.random(len(zone.masses))
-    x = 0.02 * rng.normal(size=zone.targets.shape)
+    x = 0.02 * rng.normal(size=zone.proposed.shape)
     arrays, rows = one_zone(zone, kappa, x, 0.1 * rng.random(10))
     evaluate(arrays, PENALTY)
     arrays.state[MU] = PENALTY

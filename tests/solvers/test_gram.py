@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from izo_ref.solvers.scaled_constraints import scaled_rows
-from izo_ref.solvers.serial.gram import row_products
+from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.zones.system import problem_system
 from tests.helpers.shapes import random_problem
 from validation.scenes.piles import stack_zone
@@ -11,14 +11,14 @@ from validation.scenes.piles import stack_zone
 
 def check(problem):
     system, _ = problem_system([problem])
-    rows = scaled_rows(system)
+    rows = scale_constraints(system)
     n, m = int(system.vertex_offsets[-1]), len(rows.rhs)
     nodes = np.where(rows.unknowns < n, rows.unknowns, -1)
     matrix = np.zeros((m, n + 1, 3))
     for j, k in np.ndindex(m, 4):
         matrix[j, nodes[j, k]] += rows.coefficients[j, k] * system.normals[j]
     matrix = matrix[:, :n].reshape(m, 3 * n)
-    pairs, products = row_products(nodes, rows.coefficients, system.normals, n)
+    pairs, products = gram_products(nodes, rows.coefficients, system.normals, n)
     assert (pairs[:, 0] <= pairs[:, 1]).all()
     assert len(np.unique(pairs, axis=0)) == len(pairs)
     diagonal = pairs[:, 0] == pairs[:, 1]

@@ -22,7 +22,7 @@ MU = 0.7
 def setting(rng):
     zone = random_problem(rng, 6)
     kappa = 0.5 + rng.random(len(zone.masses))
-    x = 0.01 * rng.normal(size=zone.targets.shape)
+    x = 0.01 * rng.normal(size=zone.proposed.shape)
     multipliers = 0.01 * rng.random(6) * (rng.random(6) < 0.6)
     arrays, rows = one_zone(zone, kappa, x, multipliers)
     return zone, arrays, rows, lambda x: value(zone, rows, kappa, MU, x, multipliers)
@@ -101,14 +101,14 @@ def test_constraints_are_taken_anew(setting):
     zone, arrays, rows, _ = setting
     arrays.constraints[:] = np.nan
     renew_constraints(arrays)
-    expected = zone.thickness - rows @ (zone.targets.ravel() + arrays.x[:-3])
+    expected = zone.thickness - rows @ (zone.proposed.ravel() + arrays.x[:-3])
     np.testing.assert_allclose(arrays.constraints, expected, atol=1e-16)
 
 
 def test_multipliers_are_clamped_as_eq_9_is_meant(rng):
     """Unclamped, a row that is satisfied would pull."""
     zone = random_problem(rng, 6)
-    x = np.zeros(zone.targets.shape)
+    x = np.zeros(zone.proposed.shape)
     arrays, _ = one_zone(zone, np.ones(len(zone.masses)), x, np.full(6, 1e-3))
     expected = np.maximum(1e-3 + MU * arrays.constraints, 0.0)
     update_multipliers(arrays, MU)

@@ -36,10 +36,10 @@ def test_pinned_vertices_do_not_tangle(rng):
     n = len(problem.masses)
     nodes = problem.nodes.copy()
     nodes[:, 3] = n
-    targets = np.vstack((problem.targets, problem.targets[-1]))
+    proposed = np.vstack((problem.proposed, problem.proposed[-1]))
     masses = np.append(problem.masses, np.inf)
     shared = type(problem)(
-        nodes, problem.weights, problem.normals, targets, masses, problem.thickness
+        nodes, problem.weights, problem.normals, proposed, masses, problem.thickness
     )
     assert not is_entangled(large_zone(shared))
 
@@ -49,7 +49,7 @@ def test_what_nothing_satisfies_is_said(rng):
     nodes, weights = (np.concatenate((a, a)) for a in (problem.nodes, problem.weights))
     normals = np.concatenate((problem.normals, -problem.normals))
     opposed = type(problem)(
-        nodes, weights, normals, problem.targets, problem.masses, problem.thickness
+        nodes, weights, normals, problem.proposed, problem.masses, problem.thickness
     )
     zone = large_zone(opposed)
     *_, solved = solve_large_zone(

@@ -15,7 +15,7 @@ def line(rng, n=12):
     zone = random_problem(rng, n)
     kappa = 0.5 + rng.random(len(zone.masses))
     multipliers = 0.1 * rng.random(n)
-    x = 0.02 * rng.normal(size=zone.targets.shape)
+    x = 0.02 * rng.normal(size=zone.proposed.shape)
     arrays, rows = one_zone(zone, kappa, x, multipliers)
     evaluate(arrays, MU)
     arrays.direction[:] = -arrays.gradient * np.exp(rng.normal(size=len(arrays.x)))
@@ -26,7 +26,7 @@ def line(rng, n=12):
         """L and its slope at x + step p: the gradient at the new point, not in between."""
         here = arrays.x[:-3] + step * arrays.direction[:-3]
         push = np.maximum(
-            multipliers + MU * (zone.thickness - rows @ (zone.targets.ravel() + here)), 0.0
+            multipliers + MU * (zone.thickness - rows @ (zone.proposed.ravel() + here)), 0.0
         )
         gradient = arrays.curvatures[:-3] * here - rows.T @ push
         return value(zone, rows, kappa, MU, here, multipliers), gradient @ arrays.direction[:-3]

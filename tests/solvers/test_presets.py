@@ -7,7 +7,7 @@ import izo_ref
 from izo_ref import Options
 from izo_ref.base import errors
 from izo_ref.base.options import LAGRANGIAN, PRESET_METHODS
-from izo_ref.solvers.presets import METHODS, PRESETS, chosen_settings
+from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS, choose_settings
 from tests.helpers.shapes import problem, random_problem
 from tests.naive import presets
 from tests.naive.qp import dense_rows
@@ -16,7 +16,7 @@ from tests.naive.qp import dense_rows
 def by_hand(name, zone, steps):
     rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.masses))
     loop = getattr(presets, name)
-    y = zone.targets.ravel()
+    y = zone.proposed.ravel()
     return loop(y, zone.masses, rows, zone.thickness, steps).reshape(-1, 3)
 
 
@@ -71,11 +71,11 @@ def test_a_preset_fixes_what_it_is_made_of(name):
 
 
 def test_parameters_are_those_of_the_table():
-    xrtailor = chosen_settings(Options(preset="xrtailor"), 1e-4)
+    xrtailor = choose_settings(Options(preset="xrtailor"), 1e-4)
     assert (xrtailor.armijo, xrtailor.shrink, xrtailor.grow) == (0.5, 0.7, 1.0)
-    icloth = chosen_settings(Options(preset="icloth"), 1e-4)
+    icloth = choose_settings(Options(preset="icloth"), 1e-4)
     assert (icloth.delay, icloth.rho, icloth.smallest_step) == (10, 0.9992, 1e-12)
-    arcsim = chosen_settings(Options(preset="arcsim"), 1e-4)
+    arcsim = choose_settings(Options(preset="arcsim"), 1e-4)
     assert (arcsim.eps_x, arcsim.eps_f, arcsim.eps_g) == (1e-6, 1e-12, 1e-6)
     assert (arcsim.inner_steps, arcsim.every_step) == (10, False)
     for found in (xrtailor, icloth, arcsim):
@@ -84,5 +84,5 @@ def test_parameters_are_those_of_the_table():
 
 
 def test_every_method_and_preset_has_parameters():
-    assert tuple(METHODS) == LAGRANGIAN
+    assert tuple(METHOD_PARAMETERS) == LAGRANGIAN
     assert {name: preset.method for name, preset in PRESETS.items()} == PRESET_METHODS

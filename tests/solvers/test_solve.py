@@ -4,7 +4,7 @@ import pytest
 import izo_ref
 from izo_ref.base import errors
 from tests.helpers.shapes import ONE, opposed, problem, random_problem
-from tests.helpers.steps import load
+from tests.helpers.steps import load_zone
 from tests.naive.qp import dense_rows, solve_qp
 
 EXACT_METHODS = ["auto", "active-set", "interior-point"]
@@ -21,9 +21,9 @@ def test_one_impact_has_a_closed_form(method):
     k = float(np.sum(one.weights[0] ** 2 / one.masses))
     solution = izo_ref.solve_zone(one, method=method)
     assert solution.multipliers == pytest.approx([1.5 / k], rel=1e-9)
-    expected = one.targets[:, 2] + 1.5 / k * one.weights[0] / one.masses
+    expected = one.proposed[:, 2] + 1.5 / k * one.weights[0] / one.masses
     np.testing.assert_allclose(solution.positions[:, 2], expected, atol=1e-9)
-    np.testing.assert_array_equal(solution.positions[:, :2], one.targets[:, :2])
+    np.testing.assert_array_equal(solution.positions[:, :2], one.proposed[:, :2])
     assert solution.residuals.solved(1e-9, 1e-9)
 
 
@@ -33,7 +33,7 @@ def test_one_impact_takes_the_closed_form():
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_nothing_to_do(method):
-    solution = izo_ref.solve_zone(problem(targets=APART), method=method)
+    solution = izo_ref.solve_zone(problem(proposed=APART), method=method)
     np.testing.assert_array_equal(solution.positions, APART)
     assert solution.multipliers.tolist() == [0.0]
 
@@ -45,14 +45,14 @@ def test_against_every_active_set(rng, method, mass_ratio):
     for n in (2, 3, 4, 6, 8):
         for _ in range(4):
             zone = random_problem(rng, n, mass_ratio)
-            rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.targets))
+            rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.proposed))
             b = np.full(n, zone.thickness)
-            expected = solve_qp(rows, b, zone.masses, zone.targets)
+            expected = solve_qp(rows, b, zone.masses, zone.proposed)
             found = izo_ref.solve_zone(zone, method=method)
             if expected is None:
                 continue
             compared += 1
-            scale = weighted_distance(zone, expected, zone.targets)
+            scale = weighted_distance(zone, expected, zone.proposed)
             # the oracle solves in raw units: it is the one that loses digits
             error = weighted_distance(zone, found.positions, expected)
             assert error <= 1e-6 * scale + 1e-15
@@ -82,14 +82,14 @@ def test_redundant_rows(rng, method):
             zone.nodes[repeated],
             zone.weights[repeated],
             zone.normals[repeated],
-            zone.targets,
+            zone.proposed,
             zone.masses,
             zone.thickness,
         )
         once = izo_ref.solve_zone(zone, method=method)
         found = izo_ref.solve_zone(more, method=method)
         assert found.residuals.solved(1e-9, 1e-9)
-        scale = weighted_distance(zone, once.positions, zone.targets)
+        scale = weighted_distance(zone, once.positions, zone.proposed)
         assert weighted_distance(zone, once.positions, found.positions) <= 1e-5 * scale
 
 
@@ -105,7 +105,7 @@ def test_a_row_without_unknowns(method):
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
         weights=ONE["weights"] * 2,
         normals=ONE["normals"] * 2,
-        targets=[*ONE["targets"], [0, 0, 2.0]],
+        proposed=[*ONE["proposed"], [0, 0, 2.0]],
         masses=[np.inf] * 4 + [1.0],
     )
     assert not izo_ref.solve_zone(pinned, method=method).feasible
@@ -113,13 +113,13 @@ def test_a_row_without_unknowns(method):
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
         weights=ONE["weights"] * 2,
         normals=ONE["normals"] * 2,
-        targets=[[0, 0, 3.0], *ONE["targets"][1:], [0, 0, -2.0]],
+        proposed=[[0, 0, 3.0], *ONE["proposed"][1:], [0, 0, -2.0]],
         masses=[np.inf] * 4 + [1.0],
     )
     solution = izo_ref.solve_zone(fine, method=method)
     assert solution.feasible
     np.testing.assert_allclose(solution.positions[4], [0, 0, 0.5], atol=1e-9)
-    np.testing.assert_array_equal(solution.positions[:4], fine.targets[:4])
+    np.testing.assert_array_equal(solution.positions[:4], fine.proposed[:4])
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
@@ -130,7 +130,7 @@ def test_units_do_not_matter(rng, method, scale):
         zone.nodes,
         zone.weights,
         zone.normals,
-        scale * zone.targets,
+        scale * zone.proposed,
         1e9 * zone.masses,
         scale * zone.thickness,
     )
@@ -144,7 +144,7 @@ def test_momentum_of_a_zone_without_pinned_vertices(rng, method):
     for n in (1, 8, 100):
         zone = random_problem(rng, n)
         solution = izo_ref.solve_zone(zone, method=method)
-        forces = zone.masses[:, None] * (solution.positions - zone.targets)
+        forces = zone.masses[:, None] * (solution.positions - zone.proposed)
         # rounding of positions of size 0.05 m, not of the displacement
         assert np.abs(forces.sum(axis=0)).max() <= 1e-15 * len(zone.masses)
 
@@ -154,7 +154,7 @@ def test_gradient_converges_to_the_same_answer(rng):
         zone = random_problem(rng, n)
         exact = izo_ref.solve_zone(zone)
         found = izo_ref.solve_zone(zone, method="gradient")
-        scale = weighted_distance(zone, exact.positions, zone.targets)
+        scale = weighted_distance(zone, exact.positions, zone.proposed)
         assert weighted_distance(zone, exact.positions, found.positions) <= 1e-5 * scale
         assert found.residuals.gap <= 1e-9
 
@@ -186,7 +186,7 @@ def test_gradient_goes_on_where_a_step_ends_at_the_minimum(rng):
 def test_no_impacts(method):
     zone = problem(nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3)))
     solution = izo_ref.solve_zone(zone, method=method)
-    np.testing.assert_array_equal(solution.positions, zone.targets)
+    np.testing.assert_array_equal(solution.positions, zone.proposed)
     assert solution.residuals.solved(1e-9, 1e-9)
 
 
@@ -203,11 +203,9 @@ def test_options_are_checked():
 @pytest.mark.parametrize("name", ["first", "last"])
 def test_large_real_zones_with_redundant_rows(name):
     """23,958 and 43,036 impacts; optimum of sum m |dx|^2 recorded from another solver."""
-    arrays = load(f"zone-armadillo-{name}")
-    keys = ("nodes", "weights", "normals", "targets", "masses", "thickness")
-    zone = izo_ref.ZoneProblem(*[arrays[key] for key in keys])
+    zone = load_zone(f"zone-armadillo-{name}")
     solution = izo_ref.solve_zone(zone)
     assert solution.residuals.solved(1e-9, 1e-9)
-    value = np.sum(zone.masses[:, None] * (solution.positions - zone.targets) ** 2)
+    value = np.sum(zone.masses[:, None] * (solution.positions - zone.proposed) ** 2)
     recorded = {"first": 1.8456319770, "last": 2.3204703848}[name]
     assert value == pytest.approx(recorded, rel=1e-9)

@@ -15,7 +15,7 @@ def swept_by_hand(zone, count):
     n = len(zone.masses)
     rows = dense_rows(zone.nodes, zone.weights, zone.normals, n)
     inverse = np.repeat(1.0 / zone.masses, 3)
-    right = zone.thickness - rows @ zone.targets.ravel()
+    right = zone.thickness - rows @ zone.proposed.ravel()
     multipliers = np.zeros(len(rows))
     for _ in range(count):
         for j, row in enumerate(rows):

@@ -27,7 +27,7 @@ def test_families_are_feasible_seeded_and_violated(family):
         np.testing.assert_array_equal(value, getattr(again, name))
     other = family.make(1)
     assert not np.array_equal(problem.weights, other.weights)
-    assert problem.gaps(problem.targets).min() < 0.0
+    assert problem.gaps(problem.proposed).min() < 0.0
     solution = solve_zone(problem, tolerance=1e-12)
     assert solution.feasible
     assert solution.residuals.solved(1e-12, 1e-12)
@@ -87,7 +87,7 @@ def test_libraries_solve_a_tiny_zone(tiny, name):
     moves, multipliers = zone.displacements(found.z), zone.multipliers(found.multipliers)
     # an error of the gap is the square of one of z
     assert truth.error(moves) < 1e-5
-    assert residuals(problem, problem.targets + moves, multipliers).solved(1e-6, 1e-6)
+    assert residuals(problem, problem.proposed + moves, multipliers).solved(1e-6, 1e-6)
     assert read_result(call()).z == pytest.approx(found.z), "a second call is the same"
 
 
@@ -99,7 +99,7 @@ def test_ours_solve_tiny_zones_side_by_side(tiny, method):
     first, second = read_result(call())
     assert truth.error(second.displacements) < 1e-4
     assert Truth(problems[0]).error(first.displacements) < 1e-4
-    judged = residuals(problem, problem.targets + second.displacements, second.multipliers)
+    judged = residuals(problem, problem.proposed + second.displacements, second.multipliers)
     assert judged.solved(1e-9, 1e-9)
 
 

@@ -71,21 +71,21 @@ def test_the_exact_oracle_does_not_depend_on_where_it_begins(rng):
 def test_the_exact_oracle_against_every_active_set_in_floats(rng):
     for _ in range(15):
         problem = random_problem(rng, 5, 10.0)
-        rows = dense_rows(problem.nodes, problem.weights, problem.normals, len(problem.targets))
+        rows = dense_rows(problem.nodes, problem.weights, problem.normals, len(problem.proposed))
         b = np.full(5, problem.thickness)
-        expected = solve_qp(rows, b, problem.masses, problem.targets)
+        expected = solve_qp(rows, b, problem.masses, problem.proposed)
         found = ExactZone(problem).solve()
         assert (found is None) == (expected is None)
         if found is not None:
             moves = to_float(found.moves)
-            np.testing.assert_allclose(problem.targets + moves, expected, atol=1e-12)
+            np.testing.assert_allclose(problem.proposed + moves, expected, atol=1e-12)
 
 
 def test_zones_without_a_point_are_found_to_have_none(rng):
     problem = random_zone(rng, 2)
     both = [np.repeat(part[:1], 2, axis=0) for part in (problem.nodes, problem.weights)]
     normals = np.array([problem.normals[0], -problem.normals[0]])
-    opposed = izo_ref.ZoneProblem(*both, normals, problem.targets, problem.masses, 1e-3)
+    opposed = izo_ref.ZoneProblem(*both, normals, problem.proposed, problem.masses, 1e-3)
     assert ExactZone(opposed).solve() is None
     assert not nnls.solve(opposed).claims
     assert not qp.solve(opposed, "clarabel").claims
@@ -95,7 +95,7 @@ def test_random_zones_are_feasible_and_hold_what_they_promise(rng):
     kinds = {"duplicate": 0, "nearly parallel": 0, "opposed": 0}
     for _ in range(20):
         problem = random_zone(rng, 32, 1e12)
-        assert (problem.gaps(problem.targets) < 0.0).any()
+        assert (problem.gaps(problem.proposed) < 0.0).any()
         assert problem.masses.max() == pytest.approx(1e12 * problem.masses.min())
         assert problem.thickness == THICKNESS_M
         assert ExactZone(problem).solve(active_rows(izo_ref.solve_zone(problem).multipliers))
@@ -117,12 +117,12 @@ def test_scaled_zones_state_the_same_problem(rng):
     assert np.abs(zone.rhs).max() == 1.0
     z = rng.normal(size=zone.matrix.shape[1])
     moves = zone.displacements(z)
-    gaps = problem.gaps(problem.targets + moves)
+    gaps = problem.gaps(problem.proposed + moves)
     slack = (zone.matrix @ z - zone.rhs) * zone.unit * zone.lengths
     np.testing.assert_allclose(slack, gaps, atol=1e-9 * np.abs(gaps).max())
     held = problem.masses.copy()
     held[:] = np.inf
-    parts = (problem.nodes, problem.weights, problem.normals, problem.targets)
+    parts = (problem.nodes, problem.weights, problem.normals, problem.proposed)
     with pytest.raises(ValueError, match="impact 0"):
         scaled_zone(izo_ref.ZoneProblem(*parts, held, 1e-3))
 
@@ -159,7 +159,7 @@ def test_solvers_of_others_are_asked_the_same_question(rng, solver):
         answer = qp.solve(problem, solver)
         if not answer.claims:
             continue
-        positions = problem.targets + answer.displacements
+        positions = problem.proposed + answer.displacements
         judged = izo_ref.residuals(problem, positions, answer.multipliers)
         right += judged.gap <= 1e-6 and judged.violation <= 1e-6
     assert right >= 2

@@ -51,7 +51,7 @@ def test_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_rati
         for relative in (1.0, 1e-1, 1e-3, 1e-5, *near):
             at = off_by(rng, problem, moves, relative * size)
             noise = 1.0 + 0.1 * relative * rng.normal(size=n_impacts)
-            bound = izo_ref.distance_bound(problem, problem.targets + at, pushes * noise, at)
+            bound = izo_ref.distance_bound(problem, problem.proposed + at, pushes * noise, at)
             true = zone.distance(at, optimum.moves)
             assert bound >= true
             if relative <= 1e-3:
@@ -71,7 +71,7 @@ def test_never_below_it_whatever_the_multipliers(rng):
             solution.multipliers * (rng.random(len(problem.nodes)) < 0.7),
         )
         for guess in guesses:
-            bound = izo_ref.distance_bound(problem, problem.targets + moves, guess, moves)
+            bound = izo_ref.distance_bound(problem, problem.proposed + moves, guess, moves)
             assert bound >= zone.distance(moves, optimum.moves)
 
 
@@ -97,7 +97,7 @@ def test_pinned_vertices_and_hopeless_rows(rng):
     problem = random_zone(rng, 6, 10.0)
     masses = problem.masses.copy()
     masses[:2] = np.inf
-    parts = (problem.nodes, problem.weights, problem.normals, problem.targets)
+    parts = (problem.nodes, problem.weights, problem.normals, problem.proposed)
     pinned = izo_ref.ZoneProblem(*parts, masses, problem.thickness)
     solution = izo_ref.solve_zone(pinned, tolerance=1e-12)
     zone, optimum, _ = exact(pinned, solution.multipliers)
@@ -105,14 +105,14 @@ def test_pinned_vertices_and_hopeless_rows(rng):
     assert zone.distance(zone.moves(solution.positions), optimum.moves) <= bound < 1e-6
 
     held = izo_ref.ZoneProblem(*parts, np.full(len(masses), np.inf), problem.thickness)
-    assert izo_ref.distance_bound(held, held.targets, np.zeros(6)) == math.inf
+    assert izo_ref.distance_bound(held, held.proposed, np.zeros(6)) == math.inf
 
 
 ONE = {
     "nodes": [[0, 1, 2, 3]],
     "weights": [[1.0, -0.25, -0.25, -0.5]],
     "normals": [[0.0, 0.0, 1.0]],
-    "targets": [[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
+    "proposed": [[0.0, 0, 0], [0, 0, 0], [1, 0, 0], [0, 1, 0]],
     "masses": [1.0, 1.0, 1.0, 1.0],
     "thickness": 1e-3,
 }
@@ -124,7 +124,7 @@ def bound_of(displacements, multipliers=None, **changes):
     displacements = np.array(displacements, float)
     if multipliers is None:
         multipliers = np.zeros(len(problem.nodes))
-    positions = problem.targets + displacements
+    positions = problem.proposed + displacements
     bound = izo_ref.distance_bound(problem, positions, np.array(multipliers), displacements)
     zone = ExactZone(problem)
     optimum = zone.solve()
@@ -151,15 +151,15 @@ def test_an_obstacle_that_was_moved_gives_no_bound():
 def test_numbers_that_over_or_underflow_when_squared(size):
     bound_of(STILL, normals=[[0.0, 0.0, size]])
     bound_of(STILL, masses=[size, 1.0, 1.0, 1.0])
-    scaled = size * np.array(ONE["targets"])
+    scaled = size * np.array(ONE["proposed"])
     if size < 1.0:
-        bound_of(STILL, targets=scaled, thickness=1e-3 * size)
+        bound_of(STILL, proposed=scaled, thickness=1e-3 * size)
 
 
 def test_a_free_vertex_with_hardly_any_weight():
     """Its row is 1e-165 long, so that its square vanishes; nothing else can move."""
     free = {
-        "targets": [[0, 0, 0.3], [0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]],
+        "proposed": [[0, 0, 0.3], [0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]],
         "weights": [[1.0, -1.0, -1e-165, 0.0]],
         "masses": [np.inf, np.inf, 1.0, np.inf],
         "thickness": 0.3 - 0.1,
@@ -183,19 +183,19 @@ def test_a_zone_without_impacts_is_left_where_it_is():
 def test_no_bound_where_nothing_is_known(rng):
     problem = random_problem(rng, 3)
     nothing = np.zeros(3)
-    assert izo_ref.distance_bound(problem, problem.targets * np.nan, nothing) == math.inf
-    assert izo_ref.distance_bound(problem, problem.targets, nothing * np.nan) == math.inf
-    moved = np.full_like(problem.targets, np.inf)
-    assert izo_ref.distance_bound(problem, problem.targets, nothing, moved) == math.inf
+    assert izo_ref.distance_bound(problem, problem.proposed * np.nan, nothing) == math.inf
+    assert izo_ref.distance_bound(problem, problem.proposed, nothing * np.nan) == math.inf
+    moved = np.full_like(problem.proposed, np.inf)
+    assert izo_ref.distance_bound(problem, problem.proposed, nothing, moved) == math.inf
     moved[:] = np.nan
-    assert izo_ref.distance_bound(problem, problem.targets, nothing, moved) == math.inf
+    assert izo_ref.distance_bound(problem, problem.proposed, nothing, moved) == math.inf
     opposed = izo_ref.ZoneProblem(
         np.repeat(problem.nodes[:1], 2, axis=0),
         np.repeat(problem.weights[:1], 2, axis=0),
         [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]],
-        problem.targets,
+        problem.proposed,
         problem.masses,
         problem.thickness,
     )
     assert ExactZone(opposed).solve() is None
-    assert izo_ref.distance_bound(opposed, opposed.targets, np.ones(2)) == math.inf
+    assert izo_ref.distance_bound(opposed, opposed.proposed, np.ones(2)) == math.inf

@@ -75,7 +75,7 @@ def test_one_problem_or_all_side_by_side_are_the_same(rng):
         problem = izo_ref.zone_problem(scene, impacts, zones, z, 1e-3)
         rows = slice(*system.impact_offsets[z : z + 2])
         np.testing.assert_array_equal(
-            problem.targets[problem.nodes], system.targets[system.nodes[rows]]
+            problem.proposed[problem.nodes], system.proposed[system.nodes[rows]]
         )
         np.testing.assert_array_equal(
             problem.masses[problem.nodes], system.masses[system.nodes[rows]]

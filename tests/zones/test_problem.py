@@ -16,7 +16,7 @@ from tests.naive.qp import dense_rows
         ({"nodes": [[0, 1, 2]]}, errors.ShapeError, "nodes"),
         ({"weights": [[1.0, -1.0, 0.0]]}, errors.ShapeError, "weights"),
         ({"normals": [[0.0, 0.0, np.nan]]}, errors.NonFiniteError, "normals"),
-        ({"targets": np.zeros((4, 2))}, errors.ShapeError, "targets"),
+        ({"proposed": np.zeros((4, 2))}, errors.ShapeError, "proposed"),
         ({"masses": [1, 1, 1, 0]}, errors.MassError, "vertex 3"),
         ({"masses": [1, 1, np.nan, 1]}, errors.MassError, "vertex 2"),
         ({"thickness": 0.0}, errors.ThicknessError, "0.0"),
@@ -34,17 +34,17 @@ def test_residuals_by_hand():
     one = problem()
     k = 1.0 + 0.25 + 0.0625 / 2 + 0.0625 / 4
     multiplier = 1.5 / k
-    x = one.targets.copy()
+    x = one.proposed.copy()
     x[:, 2] += multiplier * one.weights[0] / one.masses
     found = izo_ref.residuals(one, x, np.array([multiplier]))
     assert max(found[:6]) < 1e-14
 
-    short = izo_ref.residuals(one, one.targets, np.array([0.0]))
+    short = izo_ref.residuals(one, one.proposed, np.array([0.0]))
     assert short.violation_m == 1.5
     assert short.violation == 3.0
     assert short.gap == 0.0  # nothing moved, nothing pushes: only the violation tells
 
-    half = izo_ref.residuals(one, one.targets, np.array([multiplier]))
+    half = izo_ref.residuals(one, one.proposed, np.array([multiplier]))
     assert half.gap == math.inf
 
     negative = izo_ref.residuals(one, x, np.array([-multiplier]))
@@ -55,18 +55,18 @@ def test_residuals_by_hand():
 def test_the_gap_is_primal_less_dual(rng):
     for _ in range(20):
         zone = random_problem(rng, 5)
-        rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.targets))
+        rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.proposed))
         inverse = np.repeat(1.0 / zone.masses, 3)
         # a feasible point and any multipliers
-        x = zone.targets.ravel() + 0.1 * rng.normal(size=rows.shape[1])
+        x = zone.proposed.ravel() + 0.1 * rng.normal(size=rows.shape[1])
         lift = np.linalg.lstsq(rows, np.maximum(zone.thickness - rows @ x, 0.0) + 0.01, rcond=None)
         x = x + lift[0]
         if (rows @ x < zone.thickness).any():
             continue
         multipliers = rng.random(5)
-        offset = x - zone.targets.ravel()
+        offset = x - zone.proposed.ravel()
         primal = 0.5 * np.sum(offset**2 / inverse)
-        reach = zone.thickness - rows @ zone.targets.ravel()
+        reach = zone.thickness - rows @ zone.proposed.ravel()
         dual = multipliers @ reach - 0.5 * np.sum(inverse * (rows.T @ multipliers) ** 2)
         found = izo_ref.residuals(zone, x.reshape(-1, 3), multipliers)
         assert found.gap == pytest.approx((primal - dual) / primal, rel=1e-9)
@@ -74,7 +74,7 @@ def test_the_gap_is_primal_less_dual(rng):
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_undefined_is_infinite(bad):
-    x = np.array(ONE["targets"])
+    x = np.array(ONE["proposed"])
     x[0, 0] = bad
     found = izo_ref.residuals(problem(), x, np.zeros(1))
     assert set(found[:6]) == {math.inf}
@@ -83,7 +83,7 @@ def test_undefined_is_infinite(bad):
 
 def test_pinned_vertices_are_no_unknowns():
     one = problem(masses=[1.0, np.inf, np.inf, np.inf])
-    x = one.targets.copy()
+    x = one.proposed.copy()
     x[0, 2] = 0.5
     found = izo_ref.residuals(one, x, np.array([1.5]))
     assert max(found[:6]) < 1e-14

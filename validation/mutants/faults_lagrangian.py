@@ -31,7 +31,7 @@ LAGRANGIAN = [
     Fault(
         "no-wait-for-the-rows",
         "izo_ref/solvers/serial/directions/newton.py",
-        "    team.wait()\n    for vertex",
+        "    group.wait()\n    for vertex",
         "    for vertex",
         "vertices gather from rows that other threads have not come to yet",
         ("tests/cuda/test_simulator.py",),
@@ -64,7 +64,7 @@ LAGRANGIAN = [
     Fault(
         "ends-in-the-loops-order",
         "izo_ref/loop/gpu_step.py",
-        "kernels.put_rows[self._n](on_device(order), self.positions, moved_back)",
+        "kernels.put_rows[self._n](to_gpu(order), self.positions, moved_back)",
         "kernels.put_rows[self._n](on_device(np.sort(order)), self.positions, moved_back)",
         "positions on the GPU are returned in the order in which the loop had them",
         ("tests/cuda/test_simulator.py",),

@@ -44,8 +44,8 @@ ZONE = [
     Fault(
         "device-says-all-is-solved",
         "izo_ref/loop/gpu_step.py",
-        "        kernels.opposite[len(part)](solution.solved, left)\n",
-        "        kernels.opposite[len(part)](filled(len(part), True, np.bool_), left)\n",
+        "        kernels.negate_flags[len(part)](solution.solved, left)\n",
+        "        kernels.negate_flags[len(part)](full(len(part), True, np.bool_), left)\n",
         "zones that a GPU did not solve are not left to the processor",
         ("tests/cuda/test_simulator.py",),
     ),
@@ -94,7 +94,7 @@ ZONE = [
     ),
     Fault(
         "pinned-mask-of-other-vertices",
-        "izo_ref/zones/grouping.py",
+        "izo_ref/zones/system.py",
         "        np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),\n",
         "        np.where(scene.pinned[: len(vertices)], np.inf, scene.masses[vertices]),\n",
         "the mask of pinned vertices is read with the index in the zone",
@@ -120,7 +120,7 @@ ZONE = [
     ),
     Fault(
         "masses-ignored",
-        "izo_ref/zones/grouping.py",
+        "izo_ref/zones/system.py",
         "        np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),\n",
         "        np.where(scene.pinned[vertices], np.inf, 1.0),\n",
         "every free vertex has mass 1",

@@ -8,7 +8,7 @@ import numpy as np
 class Answer(NamedTuple):
     """A solver's answer. Whether it is right is not its own to say."""
 
-    displacements: np.ndarray  # (n, 3) f8 [m], from the targets
+    displacements: np.ndarray  # (n, 3) f8 [m], from the proposed positions
     multipliers: np.ndarray | None  # (n_impacts,) f8 [kg], if the solver gives them
     claims: bool  # the solver says that it succeeded
     message: str  # what it says
@@ -27,7 +27,7 @@ class ScaledZone(NamedTuple):
 
     def displacements(self, z):
         """(n, 3) f8 [m], from (3 n_free,) f8."""
-        moves = np.zeros_like(self.problem.targets)
+        moves = np.zeros_like(self.problem.proposed)
         root = np.sqrt(self.problem.masses[self.free])[:, None]
         moves[self.free] = self.unit * z.reshape(-1, 3) / root
         return moves
@@ -44,14 +44,14 @@ def mass_norm(masses, vectors) -> float:
 
 
 def no_answer(problem, message, seconds) -> Answer:
-    return Answer(np.full_like(problem.targets, np.nan), None, False, message, seconds)
+    return Answer(np.full_like(problem.proposed, np.nan), None, False, message, seconds)
 
 
 def scaled_zone(problem) -> ScaledZone:
     """Written from the mathematics, and apart from what izo_ref's solvers use.
 
     Args:
-        problem: has nodes, weights, normals, targets, masses, thickness, as ZoneProblem.
+        problem: has nodes, weights, normals, proposed, masses, thickness, as ZoneProblem.
 
     Raises:
         ValueError: an impact has no vertex of finite mass, so no row.
@@ -73,7 +73,7 @@ def scaled_zone(problem) -> ScaledZone:
     shape = (len(entries), 3 * len(free))
     matrix = coo_array((entries[kept], (rows[kept], columns[kept])), shape=shape).tocsr()
 
-    relative = problem.targets[problem.nodes] - problem.targets[problem.nodes[:, :1]]
+    relative = problem.proposed[problem.nodes] - problem.proposed[problem.nodes[:, :1]]
     gaps = np.einsum("jk,jkx,jx->j", problem.weights, relative, problem.normals)
     rhs = (problem.thickness - gaps) / lengths
     unit = max(float(np.abs(rhs).max(initial=0.0)), np.finfo(float).tiny)

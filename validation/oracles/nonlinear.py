@@ -102,7 +102,7 @@ class NonlinearZone:
 
         d = self.problem.thickness
         distances, gradients = self.distances(positions)
-        offset = (self.root * (positions - self.problem.targets)[self.free]).ravel()
+        offset = (self.root * (positions - self.problem.proposed)[self.free]).ravel()
         rows = (gradients[:, self.free] / self.root).reshape(len(distances), -1)
         near = np.flatnonzero(distances <= (1.0 + touching) * d)
         multipliers = np.zeros(len(distances))
@@ -123,11 +123,11 @@ class NonlinearZone:
         from scipy.optimize import minimize
 
         d = self.problem.thickness
-        offset = self.root * (positions - self.problem.targets)[self.free]
+        offset = self.root * (positions - self.problem.proposed)[self.free]
         unit = float(np.linalg.norm(offset))
 
         def at(z):
-            x = self.problem.targets.copy()
+            x = self.problem.proposed.copy()
             x[self.free] += unit * z.reshape(-1, 3) / self.root
             return x
 

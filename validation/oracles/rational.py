@@ -1,7 +1,7 @@
 """The optimum of a zone in rational arithmetic: no rounding, at any mass ratio.
 
 The data are floats, so they are rationals. With A the rows of the constraints, M the
-masses and y the targets, the optimum is x = y + M^-1 A^T l, and l solves
+masses and y the proposed positions, the optimum is x = y + M^-1 A^T l, and l solves
 
     l >= 0,  w = K l - r >= 0,  l . w = 0,   K = A M^-1 A^T,  r = d - A y.
 
@@ -40,13 +40,13 @@ class ExactZone:
     """A zone problem in rationals.
 
     Args:
-        problem: has nodes, weights, normals, targets, masses, thickness, as ZoneProblem.
+        problem: has nodes, weights, normals, proposed, masses, thickness, as ZoneProblem.
     """
 
     def __init__(self, problem):
         self.masses = [None if math.isinf(m) else rational(m) for m in problem.masses]
-        self.targets = targets = [[rational(c) for c in point] for point in problem.targets]
-        self.still = [[ZERO] * 3 for _ in targets]
+        self.proposed = proposed = [[rational(c) for c in point] for point in problem.proposed]
+        self.still = [[ZERO] * 3 for _ in proposed]
         thickness = rational(problem.thickness)
         self.rows, self.rhs = [], []  # a row: {vertex: gradient}
         for nodes, weights, normal in zip(
@@ -56,7 +56,7 @@ class ExactZone:
             row, gap = {}, ZERO
             for vertex, weight in zip(nodes, map(rational, weights), strict=True):
                 for axis in range(3):
-                    gap += weight * normal[axis] * targets[vertex][axis]
+                    gap += weight * normal[axis] * proposed[vertex][axis]
                     if self.masses[vertex] is not None:
                         row.setdefault(vertex, [ZERO] * 3)
                         row[vertex][axis] += weight * normal[axis]
@@ -174,7 +174,7 @@ class ExactZone:
         """x - y of positions in floats, without rounding."""
         return [
             [rational(x) - y for x, y in zip(point, target, strict=True)]
-            for point, target in zip(positions, self.targets, strict=True)
+            for point, target in zip(positions, self.proposed, strict=True)
         ]
 
     def distance(self, a, b) -> float:

@@ -30,16 +30,16 @@ def solve_raw(problem, ftol=1e-12, gradients=False, max_iterations=1000) -> Answ
     jacobian = jacobian[:, free].reshape(len(jacobian), -1)
 
     def positions(x):
-        full = problem.targets.copy()
+        full = problem.proposed.copy()
         full[free] = x.reshape(-1, 3)
         return full
 
     def objective(x):
-        offsets = x.reshape(-1, 3) - problem.targets[free]
+        offsets = x.reshape(-1, 3) - problem.proposed[free]
         return float((masses * offsets**2).sum() / masses.sum())
 
     def gradient(x):
-        offsets = x.reshape(-1, 3) - problem.targets[free]
+        offsets = x.reshape(-1, 3) - problem.proposed[free]
         return (2.0 * masses * offsets / masses.sum()).ravel()
 
     def constraint(x):
@@ -48,14 +48,14 @@ def solve_raw(problem, ftol=1e-12, gradients=False, max_iterations=1000) -> Answ
 
     found = minimize(
         objective,
-        problem.targets[free].ravel(),
+        problem.proposed[free].ravel(),
         jac=gradient if gradients else None,
         method="SLSQP",
         constraints={"type": "ineq", "fun": constraint, "jac": lambda x: jacobian},
         options={"ftol": ftol, "maxiter": max_iterations},
     )
     seconds = time.perf_counter() - begin
-    moves = positions(found.x) - problem.targets
+    moves = positions(found.x) - problem.proposed
     return Answer(moves, None, bool(found.success), found.message, seconds)
 
 

@@ -1,6 +1,7 @@
 """Zone problems with the structure of contacts: chains, stacks of sheets, pinches.
 
-Each is drawn where all of its impacts hold, so it is feasible, and its targets violate them.
+Each is drawn where all of its impacts hold, so it is feasible. Its proposed positions violate
+them.
 """
 
 import numpy as np
@@ -119,7 +120,7 @@ def _upward(rng, n):
 
 
 def _crushed(rng, nodes, weights, normals, free, mass_ratio, pinned):
-    """The problem whose targets are `free` pressed together, with noise; pinned ones stay."""
+    """The problem that proposes `free` pressed together, with noise; pinned vertices stay."""
     pinned = np.asarray(pinned, int)
     gaps = np.einsum("jx,jk,jkx->j", normals, weights, free[nodes])
     # rows that tilt so far that they do not hold are left out
@@ -127,11 +128,11 @@ def _crushed(rng, nodes, weights, normals, free, mass_ratio, pinned):
     nodes, weights, normals = nodes[kept], weights[kept], normals[kept]
     violated = False
     while not violated:
-        targets = free * (1.0, 1.0, rng.uniform(0.2, 0.5))
-        targets += 0.5 * APART_M * rng.normal(size=free.shape)
-        targets[pinned] = free[pinned]
-        reached = np.einsum("jx,jk,jkx->j", normals, weights, targets[nodes])
+        proposed = free * (1.0, 1.0, rng.uniform(0.2, 0.5))
+        proposed += 0.5 * APART_M * rng.normal(size=free.shape)
+        proposed[pinned] = free[pinned]
+        reached = np.einsum("jx,jk,jkx->j", normals, weights, proposed[nodes])
         violated = (reached < THICKNESS_M).any()
     weight = masses(rng, len(free), mass_ratio)
     weight[pinned] = np.inf
-    return ZoneProblem(nodes, weights, normals, targets, weight, THICKNESS_M)
+    return ZoneProblem(nodes, weights, normals, proposed, weight, THICKNESS_M)

@@ -11,7 +11,7 @@ def random_zone(rng, n_impacts, mass_ratio=1.0, fresh_only=False) -> ZoneProblem
     """A feasible zone of vertex-face and edge-edge impacts.
 
     All impacts hold, by a margin, at positions drawn first, so the problem is feasible; the
-    targets are other positions near by. Beside fresh rows there are, one in six each:
+    proposed positions are others near by. Beside fresh rows there are, one in six each:
     duplicates; redundant rows, between the same nodes and nearly parallel to another or
     farther along it; and opposed rows, which push a vertex of another row back.
 
@@ -50,10 +50,10 @@ def random_zone(rng, n_impacts, mass_ratio=1.0, fresh_only=False) -> ZoneProblem
     # mirrored, which violates all, and moved about: about half of the rows end active
     violated = False
     while not violated:
-        targets = 0.01 * rng.normal(size=(n, 3)) - rng.uniform(0.5, 2.0) * free
-        points = np.einsum("jk,jkx->jx", weights, targets[nodes])
+        proposed = 0.01 * rng.normal(size=(n, 3)) - rng.uniform(0.5, 2.0) * free
+        points = np.einsum("jk,jkx->jx", weights, proposed[nodes])
         violated = (np.einsum("jx,jx->j", normals, points) < THICKNESS_M).any()
-    return ZoneProblem(nodes, weights, normals, targets, masses(rng, n, mass_ratio), THICKNESS_M)
+    return ZoneProblem(nodes, weights, normals, proposed, masses(rng, n, mass_ratio), THICKNESS_M)
 
 
 def masses(rng, n, ratio):

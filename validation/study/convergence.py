@@ -89,7 +89,7 @@ def _points(problem, truth, names, max_steps):
             raise TypeError("no trace")
     except Exception as error:  # whatever a solver raises is its row
         return [{"step": 0, "outcome": "failed", "message": f"{type(error).__name__}: {error}"}]
-    start = (0.0, max(0.0, -float(problem.gaps(problem.targets).min())))
+    start = (0.0, max(0.0, -float(problem.gaps(problem.proposed).min())))
     trace = np.vstack((start, trace))
     last = len(trace) - 1
     kept = np.unique(np.geomspace(1, last + 1, POINTS).astype(int) - 1)

@@ -15,7 +15,7 @@ from izo_ref import Options, find_impacts, resolve, solve_zone
 from izo_ref.base.devices import require_gpu
 from izo_ref.base.errors import DeviceUnavailableError
 from izo_ref.solvers.augmented_lagrangian import descend
-from izo_ref.solvers.scaled_constraints import scaled_rows
+from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.zones.system import problem_system
 from validation import ptx
 from validation.rows import Rows
@@ -66,7 +66,7 @@ def _detection(folder, say):
     rows, gpu = Rows(folder, "detection", ("step",)), _gpu("detection", say)
     if gpu is None:
         return
-    from izo_ref.base.gpu_arrays import on_device, on_host
+    from izo_ref.base.gpu_arrays import to_cpu, to_gpu
     from izo_ref.detection.gpu_detector import Detector
 
     per_ms = _copied_bytes_per_ms()
@@ -74,8 +74,8 @@ def _detection(folder, say):
         if rows.has(step=name):
             continue
         scene = load()
-        detector, end = Detector(scene), on_device(scene.positions_t1)
-        found = [on_host(column) for column in detector.find(end)]
+        detector, end = Detector(scene), to_gpu(scene.positions_t1)
+        found = [to_cpu(column) for column in detector.find(end)]
         expected = find_impacts(scene)
         rows.add(
             step=name,
@@ -183,7 +183,7 @@ def _zones(folder, say):
             continue
         system, _ = problem_system([problem])
         options = Options(**own)
-        scaled = scaled_rows(system)
+        scaled = scale_constraints(system)
         kernel_ms = []
 
         def solve(inputs, results, times=kernel_ms):
@@ -276,10 +276,10 @@ def _least_bytes(scene, counts):
 
 def _copied_bytes_per_ms():
     """Bytes read and written, of a copy from the device to itself."""
-    from izo_ref.base.gpu_arrays import copied, filled
+    from izo_ref.base.gpu_arrays import copy, full
 
-    values = filled(COPIED // 8, 0.0, np.float64)
-    target = copied(values)
+    values = full(COPIED // 8, 0.0, np.float64)
+    target = copy(values)
     return 2 * COPIED / _event_ms(lambda: target.copy_to_device(values))
 
 

@@ -93,7 +93,7 @@ def recorded() -> list[Family]:
             size = len(steps.load(file)["nodes"])
 
             def made(_, file=file):
-                return ZoneProblem(**steps.load(file))
+                return steps.load_zone(file)
 
             families.append(Family(name, "armadillo", size, RECORDED[name], made, 1))
     for step in ("sheets-10k", "crumple-10k"):

@@ -103,7 +103,7 @@ def zone_of(family, size):
         return piles.pinch_zone(rng, size)
     if family == "random":
         return zones.random_zone(rng, size, 1e3)
-    return izo_ref.ZoneProblem(**steps.load(family))
+    return steps.load_zone(family)
 
 
 def _quickest(call, seconds):

@@ -217,7 +217,7 @@ def _judged(cell, bench, outcomes):
     """Residuals and errors, the worst of all problems, and the median of the times."""
     problems = bench.many if cell.mode == "batch" else bench.problems
     judged = [
-        residuals(problem, problem.targets + outcome.displacements, outcome.multipliers)
+        residuals(problem, problem.proposed + outcome.displacements, outcome.multipliers)
         for problem, outcome in zip(problems, outcomes, strict=False)
     ]
     # the problems of a family are the first of many

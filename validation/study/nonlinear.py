@@ -10,7 +10,7 @@ have no fixed point to judge and are counted.
 import numpy as np
 
 from izo_ref.base.options import Options
-from izo_ref.detection.cpu.frames import closest_frames
+from izo_ref.detection.cpu.frames import compute_closest_frames
 from izo_ref.loop.resolve import resolve
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
@@ -29,12 +29,12 @@ LEFT = 1e-2
 
 def fixed_point(problem, is_edge_edge, positions):
     """Re-linearise a zone with its own pairs until it stands still; None if it leaves."""
-    size = np.abs(positions - problem.targets).max()
+    size = np.abs(positions - problem.proposed).max()
     x = positions
     weights, normals = np.empty_like(problem.weights), np.empty_like(problem.normals)
     for _ in range(ROUNDS):
-        closest_frames(x, problem.nodes, is_edge_edge, weights, normals)
-        parts = (problem.nodes, weights, normals, problem.targets, problem.masses)
+        compute_closest_frames(x, problem.nodes, is_edge_edge, weights, normals)
+        parts = (problem.nodes, weights, normals, problem.proposed, problem.masses)
         new = solve_zone(ZoneProblem(*parts, problem.thickness), tolerance=1e-13).positions
         step, x = np.abs(new - x).max(), new
         if not np.abs(x - positions).max() <= LEFT * size:
@@ -70,7 +70,7 @@ def _row(scene, result, zone):
     nonlinear = NonlinearZone(problem, kinds)
     kkt = nonlinear.kkt(x)
     away, message = nonlinear.slsqp_from(x)
-    size = mass_norm(problem.masses, x - problem.targets)
+    size = mass_norm(problem.masses, x - problem.proposed)
     moved = mass_norm(problem.masses, away - x) / size
     return row | {
         "fixed_point": True,

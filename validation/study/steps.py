@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from izo_ref.scene import Scene
+from izo_ref.zones.problem import ZoneProblem
 
 FOLDER = Path(
     os.environ.get("IZO_DATA", Path(__file__).parent.parent.parent.parent / "shared" / "data")
@@ -36,6 +37,12 @@ def step_names() -> list[str]:
 def load_step(name, **kwargs) -> Scene:
     arrays = load(name)
     return Scene(**{key: arrays[key] for key in STEP_ARRAYS if key in arrays}, **kwargs)
+
+
+def load_zone(name: str) -> ZoneProblem:
+    """Return the zone problem of a file, whose array `targets` has the proposed positions."""
+    arrays = load(name)
+    return ZoneProblem(proposed=arrays.pop("targets"), **arrays)
 
 
 def peers() -> dict:

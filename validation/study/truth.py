@@ -44,7 +44,7 @@ class Truth:
                 ]
             )
         elif self.says == "bound":
-            positions = problem.targets + best.displacements
+            positions = problem.proposed + best.displacements
             self.bound = distance_bound(problem, positions, best.multipliers, best.displacements)
         self.size = mass_norm(problem.masses, self.high)
         self.objective = 0.5 * self.size**2

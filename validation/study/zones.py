@@ -46,7 +46,7 @@ def random_zone_rows(seed=20240607, count=200, solvers=True):
         nearest = [
             [float(y + m) for y, m in zip(target, move, strict=True)]
             for target, move in zip(
-                _fractions(zone.targets), _fractions(optimum.moves), strict=True
+                _fractions(zone.proposed), _fractions(optimum.moves), strict=True
             )
         ]
         error = {"ours": zone.relative_error(solution.displacements, optimum)}
@@ -168,7 +168,7 @@ def problem_rows(name, problem, solvers=("piqp", "clarabel")):
 
 
 def _judged(name, problem, solver, answer, says, seconds):
-    positions = problem.targets + answer.displacements
+    positions = problem.proposed + answer.displacements
     multipliers = answer.multipliers
     if multipliers is None:
         multipliers = np.full(len(problem.nodes), np.nan)

@@ -88,7 +88,7 @@ def add_tiles(
 
 
 @cuda_kernel
-def chosen(
+def gather_chosen(
     # In:
     starts,  # (n + 1,) i8, how many are chosen before each
     # Out:

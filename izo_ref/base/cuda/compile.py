@@ -1,51 +1,65 @@
-"""The only place with compile options of the device; of the processor: `izo_ref/base/compile.py`.
+"""The only place with compile options of a GPU; `base/compile.py` has those of the CPU.
 
-Kernels call the functions of `scalar/` and `serial/`, which are compiled once more for the
-device. It contracts products and sums to one rounding (FMA), for which there is no switch: the
-bounds of `scalar/` hold, because each operation is still off by one rounding at most, but bits
-may differ from those of the processor.
+Kernels call the functions of `formulas/` and `serial/`, which numba compiles again for the GPU. The
+GPU contracts products and sums to one rounding (FMA), and numba has no switch for that. The bounds
+of `formulas/` hold all the same, because each operation still has at most one rounding. The bits
+may differ from those of the CPU.
 """
+
+from collections.abc import Callable
+from typing import Any
 
 from numba import cuda
 from numba.cuda.core import config
 
 from izo_ref.base.compile import CACHE_FOLDER, setting
 
-THREADS = 128  # of a block, where a kernel does not say
+THREADS = 128  # threads of a block, where a kernel asks for no other number
 
 
-def device_function(function):
-    """Compile what kernels call and the processor has not."""
+def device_function(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Compile a function that only kernels of a GPU call."""
     return cuda.jit(function, device=True, fastmath=False)
 
 
 class Kernel:
-    """A kernel; `kernel[n](...)` runs it on n threads, or a few more to fill the last block.
+    """A kernel of a GPU, launched on the default stream, so that launches run one after the other.
 
-    `kernel.in_blocks(n, size, shared_bytes)(...)` runs it in n blocks of as many threads. It is
-    launched on the default stream, so launches run one after the other.
+    `kernel[n](...)` runs it on n threads, or on a few more that fill the last block.
+
+    Attributes:
+        function: The Python function.
     """
 
-    def __init__(self, function):
+    def __init__(self, function: Callable[..., None]) -> None:
         self.function = function
         with setting(config, "CACHE_DIR", str(CACHE_FOLDER / "cuda")):
             self._dispatcher = cuda.jit(function, fastmath=False, cache=True)
 
-    def __getitem__(self, n_threads):
+    def __getitem__(self, n_threads: int) -> Callable[..., None]:
+        """Return the launch on n threads, in blocks of `THREADS`."""
         return self.in_blocks(-(-int(n_threads) // THREADS), min(int(n_threads), THREADS))
 
-    def in_blocks(self, n_blocks, size, shared_bytes=0):
-        def launch(*arrays):
+    def in_blocks(self, n_blocks: int, size: int, shared_bytes: int = 0) -> Callable[..., None]:
+        """Return the launch in blocks of a chosen size.
+
+        Args:
+            n_blocks: Blocks; 0 launches nothing.
+            size: Threads of a block.
+            shared_bytes: Dynamic shared memory of a block [bytes].
+        """
+
+        def launch(*arguments: Any) -> None:
             if n_blocks == 0:
                 return
-            # few blocks are what a scene with little to do is: nothing to warn of
+            # a scene with little work has few blocks; numba need not warn of that
             with setting(config, "CUDA_LOW_OCCUPANCY_WARNINGS", 0):
                 configured = self._dispatcher[n_blocks, size, 0, shared_bytes]
-            configured(*arrays)
+            configured(*arguments)
 
         return launch
 
 
-def cuda_kernel(function):
-    """Compile a kernel; it begins with its bounds guard."""
+def cuda_kernel(function: Callable[..., None]) -> Kernel:
+    """Compile a kernel; its body begins with the guard of its bounds."""
     return Kernel(function)

@@ -15,7 +15,7 @@ import numba
 from numba import cuda
 
 from izo_ref.base.cuda.compile import device_function
-from izo_ref.base.serial.thread_group import Team
+from izo_ref.base.serial.thread_group import ThreadGroup
 
 WARP = 32
 PARTS = 7  # numbers of each block: the place of its last parts, and two places of three
@@ -88,7 +88,7 @@ def _maxima(_parts, a, b):
 @device_function
 def block():
     """The team of a block."""
-    return Team(_rank, _size, _wait, _sums, _maxima, None)
+    return ThreadGroup(_rank, _size, _wait, _sums, _maxima, None)
 
 
 @device_function
@@ -149,4 +149,6 @@ def _maxima_of_grid(parts, a, b):
 @device_function
 def grid(parts):
     """The team of all blocks of a launch; parts: (n_blocks, PARTS) f8, zeros at first."""
-    return Team(_rank_in_grid, _size_of_grid, _wait_for_grid, _sums_of_grid, _maxima_of_grid, parts)
+    return ThreadGroup(
+        _rank_in_grid, _size_of_grid, _wait_for_grid, _sums_of_grid, _maxima_of_grid, parts
+    )

@@ -24,7 +24,7 @@ def is_among(value, ascending):
 
 
 @compiled
-def part_of(i, starts):
+def block_of(i, starts):
     """Which part i is in, of parts that begin at starts (n + 1,); none is empty."""
     low, high = 0, starts.shape[0] - 1
     while high - low > 1:

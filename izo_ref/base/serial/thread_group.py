@@ -15,7 +15,7 @@ from numba.extending import intrinsic
 from izo_ref.base.compile import compiled
 
 
-class Team(NamedTuple):
+class ThreadGroup(NamedTuple):
     """Functions; known when the code that calls them is compiled, so that one costs nothing."""
 
     rank: Any  # () -> own number, from 0
@@ -27,21 +27,21 @@ class Team(NamedTuple):
 
 
 @compiled
-def team_sum(team, a):
+def group_sum(group, a):
     """Sum over all."""
-    return team.sums(team.parts, a, 0.0, 0.0)[0]
+    return group.sums(group.parts, a, 0.0, 0.0)[0]
 
 
 @compiled
-def team_sums(team, a, b, c):
+def group_sums(group, a, b, c):
     """Sums over all."""
-    return team.sums(team.parts, a, b, c)
+    return group.sums(group.parts, a, b, c)
 
 
 @compiled
-def team_maxima(team, a, b):
+def group_maxima(group, a, b):
     """Maxima over all."""
-    return team.maxima(team.parts, a, b)
+    return group.maxima(group.parts, a, b)
 
 
 @compiled
@@ -69,18 +69,18 @@ def _own_two(_parts, a, b):
     return a, b
 
 
-ALONE = Team(_first, _one, _at_once, _own_three, _own_two, None)
+ALONE = ThreadGroup(_first, _one, _at_once, _own_three, _own_two, None)
 
 
 @intrinsic
 def _alone_compiled(context):
     """ALONE; as a constant it would be addresses of this process, which none keeps on disk."""
-    team = types.NamedTuple([typeof(function) for function in ALONE], Team)
+    group = types.NamedTuple([typeof(function) for function in ALONE], ThreadGroup)
 
     def build(context, builder, signature, arguments):
-        return context.get_constant_null(team)  # only its type is ever used
+        return context.get_constant_null(group)  # only its type is ever used
 
-    return team(), build
+    return group(), build
 
 
 def _alone_in_python():

@@ -8,7 +8,7 @@ from izo_ref.detection.serial.contacts import relative_nodes, row4
 
 
 @cuda_kernel
-def certain_meetings(
+def decide_meetings(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
     positions_t1,  # (n_vertices, 3) f8  [m]

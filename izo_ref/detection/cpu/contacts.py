@@ -80,7 +80,7 @@ def find_contacts(
 
 
 @light_kernel
-def contact_nodes(
+def gather_contact_nodes(
     # In:
     pairs,  # (n_pairs, 2) i4, places
     first_order,  # (n_queries,) i4

@@ -8,7 +8,7 @@ from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
 
 
 @light_kernel
-def impact_frames(
+def compute_impact_frames(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
     positions_t1,  # (n_vertices, 3) f8  [m]
@@ -33,7 +33,7 @@ def impact_frames(
 
 
 @light_kernel
-def closest_frames(
+def compute_closest_frames(
     # In:
     positions,  # (n_vertices, 3) f8  [m]
     nodes,  # (n_impacts, 4) i4

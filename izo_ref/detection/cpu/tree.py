@@ -14,7 +14,7 @@ from izo_ref.detection.serial.tree import WIDTH
 
 
 @light_kernel
-def vertex_boxes(
+def compute_vertex_boxes(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
     low_t1,  # (n_vertices, 3) f8  [m], between these the vertex ends
@@ -29,7 +29,7 @@ def vertex_boxes(
 
 
 @light_kernel
-def morton_codes(
+def compute_morton_codes(
     # In:
     positions,  # (n_vertices, 3) f8  [m]
     nodes,  # (n, k) i4
@@ -43,7 +43,7 @@ def morton_codes(
 
 
 @light_kernel
-def moved_lanes(
+def flag_moved_lanes(
     # In:
     vertex_moved,  # (n_vertices,) b1
     nodes,  # (n_elements, k) i4
@@ -55,7 +55,7 @@ def moved_lanes(
 
 
 @light_kernel
-def element_blocks(
+def fit_element_blocks(
     # In:
     vertex_boxes,  # (n_vertices, 9) f4
     nodes,  # (n_elements, k) i4
@@ -69,7 +69,7 @@ def element_blocks(
 
 
 @light_kernel
-def parent_blocks(
+def fit_parent_blocks(
     # In:
     first,  # i8, the first block of the level
     end,  # i8, behind its last one; the level above begins there

@@ -8,7 +8,7 @@ from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
 
 
 @cuda_kernel
-def impacts_of_contacts(
+def gather_impacts(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
     positions_t1,  # (n_vertices, 3) f8  [m]
@@ -40,7 +40,7 @@ def impacts_of_contacts(
 
 
 @cuda_kernel
-def closest_frames(
+def compute_closest_frames(
     # In:
     positions,  # (n_vertices, 3) f8  [m]
     nodes,  # (n_impacts, 4) i4

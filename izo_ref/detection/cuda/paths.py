@@ -8,7 +8,7 @@ from izo_ref.detection.cuda.tree import differs
 
 
 @cuda_kernel
-def moved_vertices(
+def flag_moved_vertices(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
     positions_t1,  # (n_vertices, 3) f8  [m]
@@ -21,7 +21,7 @@ def moved_vertices(
 
 
 @cuda_kernel
-def kept_contacts(
+def flag_kept_contacts(
     # In:
     keys,  # (n,) i8, by kind and elements
     nodes,  # (n, 4) i4
@@ -38,7 +38,7 @@ def kept_contacts(
 
 
 @cuda_kernel
-def touching(
+def flag_contacts(
     # In:
     tallies,  # (n, 3) i8, of find_contacts
     # Out:

@@ -18,7 +18,7 @@ from izo_ref.detection.serial.boxes import (
 
 
 @cuda_kernel
-def morton_codes(
+def compute_morton_codes(
     # In:
     positions,  # (n_vertices, 3) f8  [m]
     nodes,  # (n, k) i4
@@ -33,7 +33,7 @@ def morton_codes(
 
 
 @cuda_kernel
-def path_boxes(
+def compute_path_boxes(
     # In:
     positions_t0,  # (n_vertices, 3) f8  [m]
     positions_t1,  # (n_vertices, 3) f8  [m]
@@ -56,7 +56,7 @@ def differs(a, b, i):
 
 
 @cuda_kernel
-def boxes_of_elements(
+def fit_element_boxes(
     # In:
     vertex_boxes,  # (n_vertices, 9) f4
     vertex_moved,  # (n_vertices,) b1
@@ -72,7 +72,7 @@ def boxes_of_elements(
 
 
 @cuda_kernel
-def boxes_of_parents(
+def fit_parent_boxes(
     # In:
     level,  # i8, 1 or higher
     # Out:

@@ -3,15 +3,15 @@
 from numba import cuda
 
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.base.serial.search import part_of
+from izo_ref.base.serial.search import block_of
 from izo_ref.zones.serial.selection import is_prescribed
 
 
 @cuda_kernel
-def objective_terms(
+def compute_objective_terms(
     # In:
     positions,  # (n_vertices, 3) f8  [m]
-    targets,  # (n_vertices, 3) f8  [m]
+    proposed,  # (n_vertices, 3) f8  [m]
     masses,  # (n_vertices,) f8  [kg], 0 for pinned
     # Out:
     terms_out,  # (n_vertices,) f8  [kg m^2], m |x - y|^2
@@ -20,13 +20,13 @@ def objective_terms(
     if i < terms_out.shape[0]:
         total = 0.0
         for axis in range(3):
-            offset = positions[i, axis] - targets[i, axis]
+            offset = positions[i, axis] - proposed[i, axis]
             total += offset * offset
         terms_out[i] = masses[i] * total
 
 
 @cuda_kernel
-def impacts_to_solve(
+def flag_impacts_to_solve(
     # In:
     nodes,  # (n_impacts, 4) i4
     weights,  # (n_impacts, 4) f8
@@ -40,7 +40,7 @@ def impacts_to_solve(
 
 
 @cuda_kernel
-def hopeful_impacts(
+def flag_hopeful_impacts(
     # In:
     nodes,  # (n_impacts, 4) i4
     stuck,  # (n_vertices,) b1
@@ -54,7 +54,7 @@ def hopeful_impacts(
 
 
 @cuda_kernel
-def positive(
+def flag_positive(
     # In:
     values,  # (n,) f8
     # Out:
@@ -66,7 +66,7 @@ def positive(
 
 
 @cuda_kernel
-def parts_of(
+def find_blocks(
     # In:
     starts,  # (n_parts + 1,) i8
     # Out:
@@ -74,11 +74,11 @@ def parts_of(
 ):
     i = cuda.grid(1)
     if i < parts_out.shape[0]:
-        parts_out[i] = part_of(i, starts)
+        parts_out[i] = block_of(i, starts)
 
 
 @cuda_kernel
-def changed_zones(
+def flag_changed_zones(
     # In:
     impacts,  # (n_impacts,) i8, zone by zone, ascending in each
     impact_offsets,  # (n_zones + 1,) i8
@@ -92,7 +92,7 @@ def changed_zones(
 
 
 @cuda_kernel
-def stuck_zones(
+def flag_stuck_zones(
     # In:
     vertices,  # (n,) i8, of zones
     zone_of,  # (n,) i8
@@ -106,7 +106,7 @@ def stuck_zones(
 
 
 @cuda_kernel
-def stick_together(
+def spread_stuck(
     # In:
     vertices,  # (n,) i8, of zones
     zone_of,  # (n,) i8
@@ -120,7 +120,7 @@ def stick_together(
 
 
 @cuda_kernel
-def zones_to_solve(
+def flag_zones_to_solve(
     # In:
     changed,  # (n_zones,) b1
     stuck,  # (n_zones,) b1
@@ -133,7 +133,7 @@ def zones_to_solve(
 
 
 @cuda_kernel
-def members_of_chosen(
+def flag_members(
     # In:
     part_of_each,  # (n,) i8
     chosen,  # (n_parts,) b1
@@ -146,7 +146,7 @@ def members_of_chosen(
 
 
 @cuda_kernel
-def sizes_of(
+def count_members(
     # In:
     starts,  # (n_parts + 1,) i8
     # Out:
@@ -158,7 +158,7 @@ def sizes_of(
 
 
 @cuda_kernel
-def places_of(
+def number_vertices(
     # In:
     vertices,  # (n,) i8, each once
     # Out:
@@ -202,7 +202,7 @@ def move_vertices(
     vertices,  # (n,) i8, zone by zone
     zone_of,  # (n,) i8
     solved,  # (n_zones,) b1
-    targets,  # (n_vertices, 3) f8  [m]
+    proposed,  # (n_vertices, 3) f8  [m]
     inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2]
     z,  # (3 n,) f8  [m kg^1/2]
     # Out:
@@ -213,7 +213,7 @@ def move_vertices(
         vertex = vertices[i]
         for axis in range(3):
             displacement = inverse_sqrt_masses[vertex] * z[3 * i + axis]
-            positions_out[vertex, axis] = targets[vertex, axis] + displacement
+            positions_out[vertex, axis] = proposed[vertex, axis] + displacement
 
 
 @cuda_kernel
@@ -249,7 +249,7 @@ def put_rows(
 
 
 @cuda_kernel
-def opposite(
+def negate_flags(
     # In:
     flags,  # (n,) b1
     # Out:

@@ -3,18 +3,18 @@
 from numba import prange
 
 from izo_ref.base.compile import cpu_kernel, light_kernel
-from izo_ref.solvers.serial.constraints import scale_row
+from izo_ref.solvers.serial.constraints import scale_constraint
 from izo_ref.solvers.serial.small_zone import solve_small_zone
 from izo_ref.solvers.serial.sweeps import sweeps
 
 
 @light_kernel
-def scaled_rows(
+def scale_constraints(
     # In:
     nodes,  # (n_impacts, 4) i4
     weights,  # (n_impacts, 4) f8
     normals,  # (n_impacts, 3) f8
-    targets,  # (n_vertices, 3) f8  [m]
+    proposed,  # (n_vertices, 3) f8  [m]
     inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
     thickness,  # f8  [m]
     # Out:
@@ -25,12 +25,12 @@ def scaled_rows(
     hopeless_out,  # (n_impacts,) b1, violated and without unknowns
 ):
     for j in prange(nodes.shape[0]):
-        rhs_out[j], lengths_out[j], hopeless_out[j] = scale_row(
+        rhs_out[j], lengths_out[j], hopeless_out[j] = scale_constraint(
             j,
             nodes,
             weights,
             normals,
-            targets,
+            proposed,
             inverse_sqrt_masses,
             thickness,
             unknowns_out,

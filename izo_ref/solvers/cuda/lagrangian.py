@@ -112,11 +112,11 @@ def solve_lagrangian_by_grid(
     parts_out,  # (n_blocks, 7) f8, zeros, work space
 ):
     if zones.shape[0] == 1:
-        team = grid(parts_out)
+        group = grid(parts_out)
         minimise_zone(
             zones[0],
-            states_out[0, team.rank()],
-            team,
+            states_out[0, group.rank()],
+            group,
             impact_offsets,
             row_offsets,
             memory_offsets,
@@ -147,7 +147,7 @@ def solve_lagrangian_by_grid(
 
 
 @cuda_kernel
-def zones_of_size(
+def flag_zones_of_size(
     # In:
     zones,  # (n,) i8
     impact_offsets,  # (n_zones + 1,) i8

@@ -8,7 +8,7 @@ from numba import cuda
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block
 from izo_ref.base.serial.search import first_not_below
-from izo_ref.base.serial.thread_group import team_maxima, team_sum
+from izo_ref.base.serial.thread_group import group_maxima, group_sum
 
 # Variables of the solver: those of SPEC 5 in units of the zone, or metres with the objective of a
 # system that divides by the total mass, or takes the mean of 1 / m.
@@ -16,7 +16,7 @@ SCALED, BY_TOTAL_MASS, BY_MEAN_INVERSE = range(3)
 
 
 @cuda_kernel
-def zone_variables(
+def scale_zones(
     # In:
     zones,  # (n,) i8
     impact_offsets,  # (n_zones + 1,) i8
@@ -32,20 +32,20 @@ def zone_variables(
     first_steps_out,  # (n_zones,) f8, of these zones
 ):
     if cuda.blockIdx.x < zones.shape[0]:
-        zone, team, largest, total = zones[cuda.blockIdx.x], block(), 0.0, 0.0
+        zone, group, largest, total = zones[cuda.blockIdx.x], block(), 0.0, 0.0
         first, n = vertex_offsets[zone], vertex_offsets[zone + 1] - vertex_offsets[zone]
         if variables == SCALED:
             for j in range(
-                impact_offsets[zone] + team.rank(), impact_offsets[zone + 1], team.size()
+                impact_offsets[zone] + group.rank(), impact_offsets[zone + 1], group.size()
             ):
                 largest = max(largest, abs(rhs[j]))
-            largest, _ = team_maxima(team, largest, 0.0)
+            largest, _ = group_maxima(group, largest, 0.0)
             scale = largest if largest > 0.0 else 1.0
         else:
-            for i in range(first + team.rank(), first + n, team.size()):
+            for i in range(first + group.rank(), first + n, group.size()):
                 inverse = inverse_sqrt_masses[vertices[i]] ** 2
                 total += inverse if variables == BY_MEAN_INVERSE else 1.0 / inverse
-            total = team_sum(team, total)
+            total = group_sum(group, total)
             scale = total / n if variables == BY_MEAN_INVERSE else 2.0 / total
         scales_out[zone], first_steps_out[zone] = scale, step + step_per_vertex * n
 
@@ -88,7 +88,7 @@ def scale_rows(
 
 
 @cuda_kernel
-def curvatures_in_metres(
+def compute_curvatures(
     # In:
     zone_of,  # (n_free,) i8
     vertices,  # (n_free,) i8, of the zones
@@ -105,7 +105,7 @@ def curvatures_in_metres(
 
 
 @cuda_kernel
-def vertices_of_entries(
+def find_entry_vertices(
     # In:
     entries,  # (n_entries,) i8, 4 j + k
     zone_of,  # (n_impacts,) i8
@@ -120,7 +120,7 @@ def vertices_of_entries(
 
 
 @cuda_kernel
-def arms_of_entries(
+def compute_arms(
     # In:
     entries,  # (n_entries,) i8, 4 j + k, by vertex
     zone_of,  # (n_impacts,) i8
@@ -140,7 +140,7 @@ def arms_of_entries(
 
 
 @cuda_kernel
-def starts_of_vertices(
+def find_vertex_starts(
     # In:
     vertices,  # (n_entries,) i8, ascending
     # Out:
@@ -152,7 +152,7 @@ def starts_of_vertices(
 
 
 @cuda_kernel
-def sizes_on_vertices(
+def sum_sizes_on_vertices(
     # In:
     entries,  # (n_entries,) i8, 4 j + k, by vertex
     entry_starts,  # (n_vertices + 1,) u8
@@ -169,7 +169,7 @@ def sizes_on_vertices(
 
 
 @cuda_kernel
-def couplings(
+def bound_couplings(
     # In:
     zones,  # (n,) i8
     impact_offsets,  # (n_zones + 1,) i8
@@ -181,19 +181,19 @@ def couplings(
     couplings_out,  # (n_zones,) f8, of these zones: a bound of the largest eigenvalue of C C^T
 ):
     if cuda.blockIdx.x < zones.shape[0]:
-        zone, team = zones[cuda.blockIdx.x], block()
+        zone, group = zones[cuda.blockIdx.x], block()
         # the diagonal; less only where rows have no unknowns
         largest, first = 1.0, vertex_offsets[zone] + zone
-        for j in range(impact_offsets[zone] + team.rank(), impact_offsets[zone + 1], team.size()):
+        for j in range(impact_offsets[zone] + group.rank(), impact_offsets[zone + 1], group.size()):
             row_sum = 0.0
             for k in range(4):
                 row_sum += abs(coefficients[j, k]) * sizes[first + nodes[j, k] // 3]
             largest = max(largest, row_sum)
-        couplings_out[zone], _ = team_maxima(team, largest, 1.0)
+        couplings_out[zone], _ = group_maxima(group, largest, 1.0)
 
 
 @cuda_kernel
-def offsets_of_zones(
+def find_zone_offsets(
     # In:
     vertex_offsets,  # (n_zones + 1,) i8
     vectors,  # i8, of memory, as long as x

@@ -3,17 +3,17 @@
 from numba import cuda
 
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.solvers.serial.constraints import scale_row
+from izo_ref.solvers.serial.constraints import scale_constraint
 from izo_ref.solvers.serial.small_zone import BLOCK_PIVOT, solve_small_zone, work_of_small_zone
 
 
 @cuda_kernel
-def scaled_rows(
+def scale_constraints(
     # In:
     nodes,  # (n_impacts, 4) i4
     weights,  # (n_impacts, 4) f8
     normals,  # (n_impacts, 3) f8
-    targets,  # (n_vertices, 3) f8  [m]
+    proposed,  # (n_vertices, 3) f8  [m]
     inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
     thickness,  # f8  [m]
     # Out:
@@ -25,12 +25,12 @@ def scaled_rows(
 ):
     j = cuda.grid(1)
     if j < nodes.shape[0]:
-        rhs_out[j], lengths_out[j], hopeless_out[j] = scale_row(
+        rhs_out[j], lengths_out[j], hopeless_out[j] = scale_constraint(
             j,
             nodes,
             weights,
             normals,
-            targets,
+            proposed,
             inverse_sqrt_masses,
             thickness,
             unknowns_out,
@@ -86,7 +86,7 @@ def solve_small_zones(
 
 
 @cuda_kernel
-def methods_of_zones(
+def choose_methods(
     # In:
     impact_offsets,  # (n_zones + 1,) i8
     vertex_offsets,  # (n_zones + 1,) i8

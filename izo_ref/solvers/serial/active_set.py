@@ -28,10 +28,10 @@ from izo_ref.solvers.serial.constraints import (
     NOT_CONVERGED,
     ROUNDING,
     SOLVED,
-    add_row,
+    add_constraint,
+    constraint_dot,
+    constraint_size,
     pull,
-    row_dot,
-    size_of_row,
     violations,
 )
 
@@ -51,9 +51,9 @@ def _project(row, first, nodes, coefficients, normals, basis, q, r, rest):
     """
     for i in range(rest.shape[0]):
         rest[i] = 0.0
-    add_row(1.0, row, first, nodes, coefficients, normals, rest)
+    add_constraint(1.0, row, first, nodes, coefficients, normals, rest)
     for k in range(q):
-        r[k] = row_dot(row, first, nodes, coefficients, normals, basis[k])
+        r[k] = constraint_dot(row, first, nodes, coefficients, normals, basis[k])
     for k in range(q):
         for i in range(rest.shape[0]):
             rest[i] -= r[k] * basis[k, i]
@@ -127,7 +127,7 @@ def _most_violated(first, nodes, coefficients, rhs, z, violation, is_active):
             continue
         if worst >= 0 and not violation[j] > violation[worst]:
             continue
-        if violation[j] > ROUNDING * size_of_row(j, first, nodes, coefficients, rhs, z):
+        if violation[j] > ROUNDING * constraint_size(j, first, nodes, coefficients, rhs, z):
             worst = j
     return worst
 

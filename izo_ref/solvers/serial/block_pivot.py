@@ -23,9 +23,9 @@ from izo_ref.solvers.serial.constraints import (
     NOT_CONVERGED,
     ROUNDING,
     SOLVED,
-    add_row,
+    add_constraint,
+    constraint_size,
     pull,
-    size_of_row,
     violations,
 )
 from izo_ref.solvers.serial.dense import cholesky_solve, partial_cholesky, work_of_cholesky
@@ -117,7 +117,7 @@ def _holds(rounding, first, nodes, coefficients, rhs, z, violation, is_free):
         off = abs(violation[j]) if is_free[j] else violation[j]
         if off <= rounding * abs(rhs[j]):  # no need for the exact size
             continue
-        if off > rounding * size_of_row(j, first, nodes, coefficients, rhs, z):
+        if off > rounding * constraint_size(j, first, nodes, coefficients, rhs, z):
             return False
     return True
 
@@ -214,7 +214,7 @@ def block_pivot(
     cholesky_solve(factor, q, step)
     for a in range(q):
         u[free[a]] = max(u[free[a]] + step[a], 0.0)
-        add_row(step[a], np.int64(free[a]), first, nodes, coefficients, normals, z)
+        add_constraint(step[a], np.int64(free[a]), first, nodes, coefficients, normals, z)
     violations(first, nodes, coefficients, normals, s, z, w)
     holds = _holds(ROUNDING, first, nodes, coefficients, s, z, w, is_free)
     return (SOLVED if holds else NOT_CONVERGED), factorizations

@@ -20,12 +20,12 @@ ROUNDING = 4e-15
 
 
 @compiled
-def scale_row(
+def scale_constraint(
     j,
     nodes,
     weights,
     normals,
-    targets,
+    proposed,
     inverse_sqrt_masses,
     thickness,
     unknowns_out,
@@ -37,7 +37,7 @@ def scale_row(
         nodes: (n_impacts, 4) i4.
         weights: (n_impacts, 4) f8.
         normals: (n_impacts, 3) f8.
-        targets: (n_vertices, 3) f8 [m].
+        proposed: (n_vertices, 3) f8 [m].
         inverse_sqrt_masses: (n_vertices,) f8 [kg^-1/2], 0 for pinned.
         thickness: [m].
         unknowns_out: (n_impacts, 4) i4, as nodes; -1 for pinned. Row j is written.
@@ -58,7 +58,7 @@ def scale_row(
         length_sq += coefficient * coefficient
         for axis in range(3):
             # relative to the first node: weights sum to zero
-            arm = targets[node, axis] - targets[nodes[j, 0], axis]
+            arm = proposed[node, axis] - proposed[nodes[j, 0], axis]
             gap += weights[j, k] * normals[j, axis] * arm
     for axis in range(3):
         normal_sq += normals[j, axis] * normals[j, axis]
@@ -71,7 +71,7 @@ def scale_row(
 
 
 @compiled
-def add_row(scale, row, first, nodes, coefficients, normals, z):
+def add_constraint(scale, row, first, nodes, coefficients, normals, z):
     """z += scale * row, the row written out in full."""
     for k in range(4):
         if nodes[row, k] >= 0:
@@ -83,7 +83,7 @@ def add_row(scale, row, first, nodes, coefficients, normals, z):
 
 
 @compiled
-def row_dot(row, first, nodes, coefficients, normals, z):
+def constraint_dot(row, first, nodes, coefficients, normals, z):
     value = 0.0
     for k in range(4):
         if nodes[row, k] >= 0:
@@ -101,21 +101,21 @@ def pull(first, nodes, coefficients, normals, u, z):
         z[i] = 0.0
     for j in range(u.shape[0]):
         if u[j] != 0.0:
-            add_row(u[j], j, first, nodes, coefficients, normals, z)
+            add_constraint(u[j], j, first, nodes, coefficients, normals, z)
 
 
 @compiled
 def products(first, nodes, coefficients, normals, z, products_out):
     """C z."""
     for j in range(products_out.shape[0]):
-        products_out[j] = row_dot(j, first, nodes, coefficients, normals, z)
+        products_out[j] = constraint_dot(j, first, nodes, coefficients, normals, z)
 
 
 @compiled
 def violations(first, nodes, coefficients, normals, rhs, z, violation):
     """violation = s - C z."""
     for j in range(rhs.shape[0]):
-        violation[j] = rhs[j] - row_dot(j, first, nodes, coefficients, normals, z)
+        violation[j] = rhs[j] - constraint_dot(j, first, nodes, coefficients, normals, z)
 
 
 @compiled
@@ -125,7 +125,7 @@ def residuals(first, nodes, coefficients, normals, rhs, metres, u, z):
     for i in range(z.shape[0]):
         z_sq += z[i] * z[i]
     for j in range(rhs.shape[0]):
-        missing = rhs[j] - row_dot(j, first, nodes, coefficients, normals, z)
+        missing = rhs[j] - constraint_dot(j, first, nodes, coefficients, normals, z)
         violation = max(violation, missing * metres[j])
         products += u[j] * abs(missing)
     gap = products / (0.5 * z_sq) if z_sq > 0.0 else (0.0 if products == 0.0 else np.inf)
@@ -133,7 +133,7 @@ def residuals(first, nodes, coefficients, normals, rhs, metres, u, z):
 
 
 @compiled
-def size_of_row(row, first, nodes, coefficients, rhs, z):
+def constraint_size(row, first, nodes, coefficients, rhs, z):
     """Of the terms of its violation, whose rounding that of the violation is relative to."""
     size = abs(rhs[row])
     for k in range(4):

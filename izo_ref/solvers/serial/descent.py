@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.thread_group import team_maxima, team_sum
+from izo_ref.base.serial.thread_group import group_maxima, group_sum
 from izo_ref.solvers.serial.directions.cg import cg_direction
 from izo_ref.solvers.serial.directions.chebyshev import accelerate, goes_uphill, next_omega
 from izo_ref.solvers.serial.directions.gradient import gradient_direction
@@ -116,7 +116,7 @@ def choose_step(zone, settings, line):
 def move(zone, settings, length, iteration):
     """x + length p, accelerated or not, and the constraints there."""
     step, state = zone.x.dtype.type(length), zone.state
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         zone.direction[i] *= step
         zone.x[i] += zone.direction[i]
     renew = iteration % 32 == 31
@@ -127,14 +127,14 @@ def move(zone, settings, length, iteration):
     if renew:
         renew_constraints(zone)
     else:
-        for j in range(zone.team.rank(), zone.constraints.size, zone.team.size()):
+        for j in range(zone.group.rank(), zone.constraints.size, zone.group.size()):
             zone.constraints[j] -= step * zone.along[j]
 
 
 @compiled
 def learn(zone, settings):
     """Of the step just made: y = g - g_before for cg, and a pair for lbfgs."""
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         zone.previous[i] = zone.gradient[i] - zone.previous[i]
     if settings.direction == LBFGS:
         stored = int(zone.state[STORED])
@@ -160,9 +160,9 @@ def inner_done(zone, settings, found, change):
     if found.gradient_sq <= settings.eps_g**2:
         return True
     length_sq = 0.0
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         length_sq += zone.direction[i] * zone.direction[i]
-    length_sq = team_sum(zone.team, length_sq)
+    length_sq = group_sum(zone.group, length_sq)
     largest = max(abs(found.value), abs(found.value - change), 1.0)
     return math.sqrt(length_sq) <= settings.eps_x or -change <= settings.eps_f * largest
 
@@ -219,10 +219,10 @@ def begin(zone, mu, first_step):
     state, largest = zone.state, 0.0
     state[MU], state[STEP], state[OMEGA] = mu, first_step, 1.0
     state[WORST], state[BEST] = math.inf, math.inf
-    for j in range(zone.team.rank(), zone.starts.size, zone.team.size()):
+    for j in range(zone.group.rank(), zone.starts.size, zone.group.size()):
         zone.constraints[j] = zone.starts[j]
         largest = max(largest, abs(zone.starts[j]))
-    return team_maxima(zone.team, largest, 0.0)[0]
+    return group_maxima(zone.group, largest, 0.0)[0]
 
 
 @compiled
@@ -238,7 +238,7 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
     while True:
         found = evaluate(zone, state[MU])
         if not fresh:
-            if zone.team.rank() == 0 and 0 < iteration <= trace_out.shape[0]:
+            if zone.group.rank() == 0 and 0 < iteration <= trace_out.shape[0]:
                 trace_out[iteration - 1, 0] = unit * found.objective
                 trace_out[iteration - 1, 1] = found.violation_m
             if iteration >= settings.max_steps:
@@ -277,7 +277,7 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
         state[INNER] += 1.0
         iteration += 1
     if not settings.faithful:
-        for j in range(zone.team.rank(), zone.pushed.size, zone.team.size()):
+        for j in range(zone.group.rank(), zone.pushed.size, zone.group.size()):
             zone.multipliers[j] = max(state[MU] * zone.pushed[j], 0.0)
     return iteration, relative_gap(found), found.violation_m
 
@@ -286,7 +286,7 @@ def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
 def minimise_zone(
     zone,
     state,
-    team,
+    group,
     impact_offsets,
     row_offsets,
     memory_offsets,
@@ -342,7 +342,7 @@ def minimise_zone(
             rows_out[2, a:b],
             memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
             state,
-            team,
+            group,
         ),
         settings,
         mus[zone],

@@ -25,7 +25,7 @@ def _rows_of(nodes, n_unknowns):
 
 
 @compiled
-def row_products(nodes, coefficients, normals, n_unknowns):
+def gram_products(nodes, coefficients, normals, n_unknowns):
     """Scalar products of rows that share an unknown, and of each row with itself.
 
     Args:

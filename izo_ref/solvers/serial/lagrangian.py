@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.thread_group import Team, team_maxima, team_sum, team_sums
+from izo_ref.base.serial.thread_group import ThreadGroup, group_maxima, group_sum, group_sums
 
 
 class Zone(NamedTuple):
@@ -50,7 +50,7 @@ class Zone(NamedTuple):
     along: np.ndarray  # (m,), A p; in between what rows hand to their vertices
     memory: np.ndarray  # flat, vectors of lbfgs or of newton
     state: np.ndarray  # (9,) f8, numbers that the loop and the directions keep, of each thread
-    team: Team
+    group: ThreadGroup
 
 
 class Measures(NamedTuple):
@@ -69,9 +69,9 @@ class Measures(NamedTuple):
 
 
 @compiled
-def row_products(zone, vector, rows_out):
+def constraint_products(zone, vector, rows_out):
     """A v: N_j . sum_k a_jk v_jk."""
-    for j in range(zone.team.rank(), rows_out.size, zone.team.size()):
+    for j in range(zone.group.rank(), rows_out.size, zone.group.size()):
         value = vector.dtype.type(0)
         for k in range(4):
             i = zone.nodes[j, k]
@@ -85,9 +85,9 @@ def row_products(zone, vector, rows_out):
 @compiled
 def renew_constraints(zone):
     """c = s - A x, without what updates step by step have added in rounding."""
-    zone.team.wait()
-    row_products(zone, zone.x, zone.constraints)
-    for j in range(zone.team.rank(), zone.constraints.size, zone.team.size()):
+    zone.group.wait()
+    constraint_products(zone, zone.x, zone.constraints)
+    for j in range(zone.group.rank(), zone.constraints.size, zone.group.size()):
         zone.constraints[j] = zone.starts[j] - zone.constraints[j]
 
 
@@ -112,11 +112,11 @@ def evaluate(zone, penalty):
     As multipliers that pair has max(l + mu c, 0), for which the gradient is what is missing
     from stationarity; so the duality gap is error / 2 + products (SPEC section 8).
     """
-    team = zone.team
+    group = zone.group
     mu = zone.x.dtype.type(penalty)
     inverse = zone.x.dtype.type(1.0 / penalty)
     squares, products, shift_sq, largest_shift, violation_m = 0.0, 0.0, 0.0, 0.0, 0.0
-    for j in range(team.rank(), zone.constraints.size, team.size()):
+    for j in range(group.rank(), zone.constraints.size, group.size()):
         c, rest = zone.constraints[j], zone.multipliers[j] * inverse
         pushed = c + rest
         zone.pushed[j] = pushed
@@ -129,23 +129,23 @@ def evaluate(zone, penalty):
         if pushed > 0:
             squares += pushed * pushed
             products += mu * pushed * abs(c)
-    squares, products, shift_sq = team_sums(team, squares, products, shift_sq)
-    largest_shift, violation_m = team_maxima(team, largest_shift, violation_m)
-    for vertex in range(team.rank(), zone.x.size // 3, team.size()):
+    squares, products, shift_sq = group_sums(group, squares, products, shift_sq)
+    largest_shift, violation_m = group_maxima(group, largest_shift, violation_m)
+    for vertex in range(group.rank(), zone.x.size // 3, group.size()):
         pulls, i = gathered(zone, vertex, mu, zone.along), 3 * vertex
         zone.gradient[i] = zone.curvatures[i] * zone.x[i] - pulls[0]
         zone.gradient[i + 1] = zone.curvatures[i + 1] * zone.x[i + 1] - pulls[1]
         zone.gradient[i + 2] = zone.curvatures[i + 2] * zone.x[i + 2] - pulls[2]
-    team.wait()
+    group.wait()
     objective, error, gradient_sq, largest, pull = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(team.rank(), zone.x.size, team.size()):
+    for i in range(group.rank(), zone.x.size, group.size()):
         g, own = zone.gradient[i], zone.curvatures[i] * zone.x[i]
         objective += own * zone.x[i]
         gradient_sq += g * g
         error += g * g / zone.curvatures[i]
         largest, pull = max(largest, abs(g)), max(pull, abs(own))
-    objective, error, gradient_sq = team_sums(team, objective, error, gradient_sq)
-    largest, pull = team_maxima(team, largest, pull)
+    objective, error, gradient_sq = group_sums(group, objective, error, gradient_sq)
+    largest, pull = group_maxima(group, largest, pull)
     return Measures(
         0.5 * objective + 0.5 * penalty * squares,
         0.5 * objective,
@@ -163,17 +163,17 @@ def evaluate(zone, penalty):
 @compiled
 def prepare_line(zone, penalty):
     """A p, and of L along p: slope, curvature without that of active rows, and with it."""
-    team, slope, curvature, active = zone.team, 0.0, 0.0, 0.0
-    for i in range(team.rank(), zone.x.size, team.size()):
+    group, slope, curvature, active = zone.group, 0.0, 0.0, 0.0
+    for i in range(group.rank(), zone.x.size, group.size()):
         p = zone.direction[i]
         slope += zone.gradient[i] * p
         curvature += zone.curvatures[i] * p * p
-    slope, curvature, _ = team_sums(team, slope, curvature, 0.0)
-    row_products(zone, zone.direction, zone.along)
-    for j in range(team.rank(), zone.along.size, team.size()):
+    slope, curvature, _ = group_sums(group, slope, curvature, 0.0)
+    constraint_products(zone, zone.direction, zone.along)
+    for j in range(group.rank(), zone.along.size, group.size()):
         if zone.pushed[j] > 0:
             active += zone.along[j] * zone.along[j]
-    return slope, curvature, curvature + penalty * team_sum(team, active)
+    return slope, curvature, curvature + penalty * group_sum(group, active)
 
 
 @compiled
@@ -186,7 +186,7 @@ def along_line(zone, penalty, slope, curvature, step):
     t = c + l / mu, and one that enters (t - step q)^2, each times mu / 2.
     """
     value, rise, second = 0.0, 0.0, 0.0
-    for j in range(zone.team.rank(), zone.pushed.size, zone.team.size()):
+    for j in range(zone.group.rank(), zone.pushed.size, zone.group.size()):
         t, q = zone.pushed[j], zone.along[j]
         move = step * q
         if t > 0.0:
@@ -201,7 +201,7 @@ def along_line(zone, penalty, slope, curvature, step):
             value += (t - move) ** 2
             rise += (move - t) * q
             second += q * q
-    value, rise, second = team_sums(zone.team, value, rise, second)
+    value, rise, second = group_sums(zone.group, value, rise, second)
     return (
         step * (slope + 0.5 * curvature * step) + 0.5 * penalty * value,
         slope + curvature * step + penalty * rise,
@@ -212,7 +212,7 @@ def along_line(zone, penalty, slope, curvature, step):
 @compiled
 def update_multipliers(zone, penalty):
     """Page eq. 9, clamped: l <- max(l + mu c, 0)."""
-    for j in range(zone.team.rank(), zone.multipliers.size, zone.team.size()):
+    for j in range(zone.group.rank(), zone.multipliers.size, zone.group.size()):
         pushed = zone.constraints[j] * penalty + zone.multipliers[j]
         zone.multipliers[j] = max(pushed, 0.0)
 
@@ -221,7 +221,7 @@ def update_multipliers(zone, penalty):
 def hessian_diagonal(zone, penalty):
     """Diagonal of the generalised Hessian diag(w) + mu sum_active a a^T."""
     mu = zone.x.dtype.type(penalty)
-    for vertex in range(zone.team.rank(), zone.x.size // 3, zone.team.size()):
+    for vertex in range(zone.group.rank(), zone.x.size // 3, zone.group.size()):
         for axis in range(3):
             i = 3 * vertex + axis
             zone.diagonal[i] = zone.curvatures[i]
@@ -229,4 +229,4 @@ def hessian_diagonal(zone, penalty):
             if zone.pushed[zone.entries[e]] > 0:
                 for axis in range(3):
                     zone.diagonal[3 * vertex + axis] += mu * zone.arms[e, axis] ** 2
-    zone.team.wait()
+    zone.group.wait()

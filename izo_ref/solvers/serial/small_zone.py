@@ -8,7 +8,7 @@ import numpy as np
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
 from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
-from izo_ref.solvers.serial.constraints import SOLVED, add_row, residuals
+from izo_ref.solvers.serial.constraints import SOLVED, add_constraint, residuals
 
 CLOSED_FORM = 0
 BLOCK_PIVOT = 1
@@ -81,7 +81,7 @@ def solve_small_zone(
         z[:] = 0.0
         row = slice(begin, end)
         part = unknowns[row], coefficients[row], normals[row]
-        add_row(multipliers_out[begin], np.int64(0), first, *part, z)
+        add_constraint(multipliers_out[begin], np.int64(0), first, *part, z)
         return method, True, steps
     if method == BLOCK_PIVOT:
         status, steps = block_pivot(

@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from izo_ref.base.compile import compiled
-from izo_ref.solvers.serial.constraints import add_row, pull, residuals, row_dot
+from izo_ref.solvers.serial.constraints import add_constraint, constraint_dot, pull, residuals
 
 # Sweeps between two looks at the residuals, which cost half a sweep.
 INTERVAL = 4
@@ -25,11 +25,11 @@ INTERVAL = 4
 def _sweep(first, nodes, coefficients, normals, s, diagonal, u, z):
     for j in range(u.shape[0]):
         if diagonal[j] > 0.0:
-            missing = s[j] - row_dot(j, first, nodes, coefficients, normals, z)
+            missing = s[j] - constraint_dot(j, first, nodes, coefficients, normals, z)
             step = max(missing / diagonal[j], -u[j])
             if step != 0.0:
                 u[j] += step
-                add_row(step, j, first, nodes, coefficients, normals, z)
+                add_constraint(step, j, first, nodes, coefficients, normals, z)
 
 
 @compiled

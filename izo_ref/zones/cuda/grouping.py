@@ -50,7 +50,7 @@ def shorten_labels(
 
 
 @cuda_kernel
-def components_of(
+def label_impacts(
     # In:
     nodes,  # (n_impacts, 4) i4
     pinned,  # (n_vertices,) b1
@@ -69,7 +69,7 @@ def components_of(
 
 
 @cuda_kernel
-def are_free(
+def flag_grouped(
     # In:
     components,  # (n_impacts,) i8
     # Out:
@@ -81,7 +81,7 @@ def are_free(
 
 
 @cuda_kernel
-def are_first(
+def flag_first(
     # In:
     keys,  # (n,) i8, ascending
     # Out:

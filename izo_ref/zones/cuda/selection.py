@@ -13,7 +13,7 @@ UNDECIDED, TAKEN, DROPPED = 0, 1, 2
 
 
 @cuda_kernel
-def ranks_of(
+def rank_impacts(
     # In:
     order,  # (n_impacts,) i8, by time of impact
     # Out:
@@ -85,7 +85,7 @@ def drop_others(
 
 
 @cuda_kernel
-def are_taken(
+def flag_taken(
     # In:
     states,  # (n_impacts,) i1
     # Out:

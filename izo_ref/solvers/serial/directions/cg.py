@@ -14,21 +14,21 @@ of chapter 5; Y. Dai, Y. Yuan, An efficient hybrid conjugate gradient method (20
 """
 
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.thread_group import team_sums
+from izo_ref.base.serial.thread_group import group_sums
 
 
 @compiled
 def cg_direction(zone, restart):
     """p = -g + beta p; takes y from `zone.previous` and leaves g there."""
     hestenes, dai, curvature = 0.0, 0.0, 0.0
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         g = zone.gradient[i]
         hestenes += g * zone.previous[i]
         dai += g * g
         curvature += zone.direction[i] * zone.previous[i]
-    hestenes, dai, curvature = team_sums(zone.team, hestenes, dai, curvature)
+    hestenes, dai, curvature = group_sums(zone.group, hestenes, dai, curvature)
     keep = curvature > 0.0 and not restart
     beta = zone.x.dtype.type(max(0.0, min(hestenes, dai)) / curvature if keep else 0.0)
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         zone.direction[i] = beta * zone.direction[i] - zone.gradient[i]
         zone.previous[i] = zone.gradient[i]

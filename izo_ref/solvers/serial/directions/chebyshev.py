@@ -8,7 +8,7 @@ section 4.2; M. Tang et al., I-Cloth (2018), for delay and rho of that system.
 """
 
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.thread_group import team_sum
+from izo_ref.base.serial.thread_group import group_sum
 
 
 @compiled
@@ -28,7 +28,7 @@ def accelerate(zone, omega):
     `zone.previous` holds x_{k-1} as x_before, and x_k afterwards.
     """
     factor = zone.x.dtype.type(omega)
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         here, before = zone.x[i], zone.previous[i]
         zone.previous[i] = here - zone.direction[i]
         zone.x[i] = factor * (here - before) + before
@@ -41,6 +41,6 @@ def goes_uphill(zone):
     Source: B. O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes (2015).
     """
     slope = 0.0
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         slope += zone.gradient[i] * (zone.x[i] - zone.previous[i])
-    return team_sum(zone.team, slope) > 0.0
+    return group_sum(zone.group, slope) > 0.0

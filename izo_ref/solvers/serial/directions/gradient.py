@@ -10,6 +10,6 @@ from izo_ref.base.compile import compiled
 @compiled
 def gradient_direction(zone, preconditioned):
     """p = -g, or -g / D with D in `zone.diagonal`."""
-    for i in range(zone.team.rank(), zone.x.size, zone.team.size()):
+    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         g = zone.gradient[i]
         zone.direction[i] = -g / zone.diagonal[i] if preconditioned else -g

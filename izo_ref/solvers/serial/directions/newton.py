@@ -10,7 +10,7 @@ A nonsmooth version of Newton's method (1993).
 """
 
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.thread_group import team_sum
+from izo_ref.base.serial.thread_group import group_sum
 from izo_ref.solvers.serial.lagrangian import gathered
 
 
@@ -21,8 +21,8 @@ def multiply(zone, mu, at, to):
     `zone.along` then holds A v, 0 for rows that are not active. All may read v, and all then may
     read the product.
     """
-    memory, team = zone.memory, zone.team
-    for j in range(team.rank(), zone.pushed.size, team.size()):
+    memory, group = zone.memory, zone.group
+    for j in range(group.rank(), zone.pushed.size, group.size()):
         along = memory.dtype.type(0)
         if zone.pushed[j] > 0:
             for k in range(4):
@@ -31,13 +31,13 @@ def multiply(zone, mu, at, to):
                 point += zone.normals[j, 2] * memory[i + 2]
                 along += zone.coefficients[j, k] * point
         zone.along[j] = along
-    team.wait()
-    for vertex in range(team.rank(), zone.x.size // 3, team.size()):
+    group.wait()
+    for vertex in range(group.rank(), zone.x.size // 3, group.size()):
         pulls, i = gathered(zone, vertex, mu, zone.along), 3 * vertex
         memory[to + i] = zone.curvatures[i] * memory[at + i] + pulls[0]
         memory[to + i + 1] = zone.curvatures[i + 1] * memory[at + i + 1] + pulls[1]
         memory[to + i + 2] = zone.curvatures[i + 2] * memory[at + i + 2] + pulls[2]
-    team.wait()
+    group.wait()
 
 
 @compiled
@@ -46,36 +46,36 @@ def newton_direction(zone, penalty, tolerance, limit):
 
     Returns the number of products with H.
     """
-    n, memory, p, team = zone.x.size, zone.memory, zone.direction, zone.team
+    n, memory, p, group = zone.x.size, zone.memory, zone.direction, zone.group
     mu = p.dtype.type(penalty)
     # memory: residual r in [0, n), search direction d in [n, 2 n), H d in [2 n, 3 n)
     norm = 0.0
-    for i in range(team.rank(), n, team.size()):
+    for i in range(group.rank(), n, group.size()):
         p[i] = 0
         memory[i] = -zone.gradient[i]
         memory[n + i] = memory[i] / zone.curvatures[i]
         norm += memory[i] * memory[n + i]
-    norm = team_sum(team, norm)
+    norm = group_sum(group, norm)
     goal = tolerance * tolerance * norm
     for product in range(limit):
         if not norm > goal:
             return product
         multiply(zone, mu, n, 2 * n)
         curvature = 0.0
-        for i in range(team.rank(), n, team.size()):
+        for i in range(group.rank(), n, group.size()):
             curvature += memory[n + i] * memory[2 * n + i]
-        curvature = team_sum(team, curvature)
+        curvature = group_sum(group, curvature)
         if not curvature > 0.0:
             return product
         step, before = p.dtype.type(norm / curvature), norm
         norm = 0.0
-        for i in range(team.rank(), n, team.size()):
+        for i in range(group.rank(), n, group.size()):
             p[i] += step * memory[n + i]
             memory[i] -= step * memory[2 * n + i]
             norm += memory[i] * memory[i] / zone.curvatures[i]
-        norm = team_sum(team, norm)
+        norm = group_sum(group, norm)
         beta = p.dtype.type(norm / before)
-        for i in range(team.rank(), n, team.size()):
+        for i in range(group.rank(), n, group.size()):
             memory[n + i] = memory[i] / zone.curvatures[i] + beta * memory[n + i]
-        team.wait()
+        group.wait()
     return limit
