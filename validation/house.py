@@ -44,9 +44,9 @@ class Sizes(NamedTuple):
 
 
 @cache
-def module_paths(root: Path = ROOT) -> dict[str, Path]:
-    """Return the file of each module of the package, by the module's full name."""
-    paths = sorted((root / "izo_ref").rglob("*.py"))
+def module_paths(root: Path = ROOT, package: str = "izo_ref") -> dict[str, Path]:
+    """Return the file of each module of a package, by the module's full name."""
+    paths = sorted((root / package).rglob("*.py"))
     return {_module_name(path.relative_to(root)): path for path in paths}
 
 
@@ -56,27 +56,30 @@ def _module_name(path: Path) -> str:
 
 
 @cache
-def imports(root: Path = ROOT) -> tuple[Import, ...]:
-    """Return all imports between modules of the package.
+def imports(root: Path = ROOT, package: str = "izo_ref") -> tuple[Import, ...]:
+    """Return all imports between modules of a package.
 
     An import inside a function counts, and so does a module named by a string
-    `izo_ref.module:name`. Imports of `izo_ref/__init__.py` do not count: it only hands names on.
+    `izo_ref.module:name`. Imports of the package's own `__init__.py` do not count: it only hands
+    names on.
     """
-    modules = module_paths(root)
+    modules = module_paths(root, package)
     return tuple(
         Import(importer, imported, line)
         for importer, path in modules.items()
-        if importer != "izo_ref"
+        if importer != package
         for imported, line in _imported_modules(ast.parse(path.read_text()), modules)
     )
 
 
 def _imported_modules(tree: ast.AST, modules: dict[str, Path]) -> Iterator[tuple[str, int]]:
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("izo_ref"):
+        if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
                 full = f"{node.module}.{alias.name}"
-                yield (full if full in modules else str(node.module)), node.lineno
+                target = full if full in modules else node.module
+                if target in modules:
+                    yield target, node.lineno
         elif isinstance(node, ast.Import):
             yield from ((a.name, node.lineno) for a in node.names if a.name in modules)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
@@ -90,12 +93,13 @@ def room_of(module: str) -> str:
     return module.split(".")[1] if "." in module else "__init__"
 
 
-def arrows(root: Path = ROOT) -> dict[str, set[str]]:
-    """Return the rooms that each room imports."""
+def arrows(root: Path = ROOT, package: str = "izo_ref") -> dict[str, set[str]]:
+    """Return the rooms that each room of a package imports."""
+    modules = module_paths(root, package)
     found: dict[str, set[str]] = {
-        room_of(module): set() for module in module_paths(root) if room_of(module) not in FACES
+        room_of(module): set() for module in modules if room_of(module) not in FACES
     }
-    for importer, imported, _ in imports(root):
+    for importer, imported, _ in imports(root, package):
         a, b = room_of(importer), room_of(imported)
         if a != b and b not in FACES:
             found[a].add(b)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from izo_ref.app.files import replacing
+from validation import provenance
 
 OUTCOMES = ("converged", "not converged", "failed")
 RUNS = "runs"
@@ -101,8 +102,6 @@ def begin_run(folder, command, quick) -> int:
     Returns:
         Its id, which rows added from now on carry.
     """
-    from validation.report import tables
-
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{RUNS}.csv"
@@ -110,9 +109,9 @@ def begin_run(folder, command, quick) -> int:
     before = runs(folder)
     made = {
         "command": command,
-        "commit": tables.commit(),
-        "machine": tables.machine(),
-        "versions": tables.versions(),
+        "commit": provenance.commit(),
+        "machine": provenance.machine(),
+        "versions": provenance.versions(),
         "quick": bool(quick),
     }
     if before and all(before[-1][name] == value for name, value in made.items()):

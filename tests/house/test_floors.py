@@ -33,6 +33,12 @@ def test_rooms_have_no_circle():
     assert floor_of["app"] == max(floor_of.values())
 
 
+def test_rooms_of_the_evidence_have_no_circle():
+    floor_of = house.floors(house.arrows(package="validation"))
+    assert floor_of["__main__"] == max(floor_of.values())
+    assert floor_of["oracles"] == 1
+
+
 @pytest.mark.parametrize("path", SOURCES, ids=lambda p: str(p.relative_to(PACKAGE)))
 def test_imports_inside_a_stage_point_down(path):
     own = next(module for module, file in house.module_paths().items() if file == path)
