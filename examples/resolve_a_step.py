@@ -50,7 +50,7 @@ def main(arguments: list[str] | None = None) -> int:
     # The certificate is a new detection over all pairs of the path that is returned.
     certificate = result.certificate
     meeting = len(certificate.meeting_toi)
-    print(f"\ncertificate: the path is {'free' if certificate.free else 'not free'}")
+    print(f"\ncertificate: the path is free until t = {certificate.time_free:.6f}")
     print(f"  {certificate.candidates} candidate pairs, {meeting} of them meet")
     print(f"  {certificate.exact} pairs needed exact arithmetic")
 
