@@ -102,6 +102,10 @@ def test_sections_of_the_method_have_the_numbers_that_the_code_cites(built):
         assert path.name.startswith(f"{number}-")
         heading = re.search(r"<h1>(.*?)<a", parsed(path).source, re.DOTALL)
         assert re.sub("<.*?>", "", heading[1]).startswith(f"{number}. ")
+    for folder in ("izo_ref", "validation"):
+        for path in (ROOT / folder).rglob("*.py"):
+            for cited in re.findall(r"docs/method,? sections? (\d+)", path.read_text("utf-8")):
+                assert 1 <= int(cited) <= 8, f"{path} cites section {cited} of the method"
 
 
 def test_every_example_is_shown(built):
