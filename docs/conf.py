@@ -9,6 +9,7 @@ sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
 from izo_ref.version import __version__  # noqa: E402
 
 project = "izo_ref"
+exclude_patterns = ["_build"]
 release = version = __version__
 copyright = "the authors of izo_ref"
 language = "en"
