@@ -7,6 +7,7 @@ CONSTRUCTED = "tests/test_detect.py::test_no_exact_meeting_is_missed_and_no_time
 INTEGERS = "tests/test_detect.py::test_against_exact_arithmetic_on_small_integers"
 RANDOM = "tests/test_detect.py::test_against_exact_arithmetic_on_random_pairs"
 FRAMES = "tests/test_detect.py::test_frames_of_impacts"
+SCENES = "tests/data/test_scenes.py::test_detection_finds_the_true_pairs_and_no_other"
 QUERIES = "tests/test_detect.py::test_no_query_is_missed_and_every_false_alarm_touches"
 ARMADILLO = "tests/test_detect.py::test_armadillo_rollers_gives_exactly_the_published_pairs"
 SIMULATOR = "tests/test_simulator.py"
@@ -331,7 +332,7 @@ DETECTION = [
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n"
         "        order = order[np.unique(keys[order] >> 32, return_index=True)[1]]\n",
         "of the impacts of one vertex or edge, all but the first are dropped",
-        (ARMADILLO,),
+        (SCENES, ARMADILLO),
         ELSEWHERE,
     ),
     Fault(
