@@ -1,6 +1,7 @@
 """The scenes of `data/scenes`, read and resolved once for all tests of a run."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def pair_key(nodes, is_edge_edge):
     return nodes[0], tuple(sorted(nodes[1:]))
 
 
-def pair_times(nodes, is_edge_edge, times) -> dict:
+def pair_times(nodes, is_edge_edge, times) -> dict[Any, float]:
     """{pair: time}; each pair has to come once."""
     rows = zip(nodes, np.broadcast_to(is_edge_edge, len(nodes)), times, strict=True)
     pairs = {pair_key(row, kind): float(time) for row, kind, time in rows}

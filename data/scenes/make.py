@@ -14,6 +14,7 @@ import argparse
 import json
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -52,7 +53,7 @@ def main(arguments=None) -> int:
     return 0
 
 
-def made(name) -> dict:
+def made(name) -> dict[str, np.ndarray]:
     """Make the arrays of a scene, without its truth."""
     recipe = SCENES[name]
     arrays = recipe.make(np.random.default_rng(recipe.seed))._asdict()
@@ -62,7 +63,7 @@ def made(name) -> dict:
     return arrays
 
 
-def stored(name) -> dict:
+def stored(name) -> dict[str, np.ndarray]:
     """Read all arrays of a stored scene."""
     with np.load(FOLDER / f"{name}.npz") as archive:
         return {key: archive[key] for key in archive.files}
@@ -146,8 +147,8 @@ def _entry(name, mesh, each):
 
     recipe = SCENES[name]
     answers = answers_of(mesh, recipe.thickness)
-    entry = {
-        "what": recipe.what,
+    entry: dict[str, Any] = {
+        "what": recipe.make.__doc__,
         "kind": "sequence" if "positions" in mesh else "step",
         "vertices": len(mesh["masses"]),
         "triangles": len(mesh["faces"]),

@@ -7,6 +7,7 @@ free, and what two other solvers take for the optimum of the zone of all impacts
 """
 
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ AGREEMENT = 1e-8  # relative; optima of the two solvers that differ by more are 
 DIGITS = 9  # of recorded numbers; renumbering the vertices changes the sixteenth
 
 
-def pairs_of(arrays) -> tuple[dict, list[MeetingPairs]]:
+def pairs_of(arrays) -> tuple[dict[str, np.ndarray], list[MeetingPairs]]:
     """Find the pairs that meet in a scene.
 
     Args:
@@ -40,7 +41,7 @@ def pairs_of(arrays) -> tuple[dict, list[MeetingPairs]]:
     return joined, each
 
 
-def pair_facts(found: MeetingPairs) -> dict:
+def pair_facts(found: MeetingPairs) -> dict[str, Any]:
     """Summarise the pairs of one step for the index."""
     times = np.concatenate((found.vertex_face_time, found.edge_edge_time))
     return {
@@ -51,7 +52,7 @@ def pair_facts(found: MeetingPairs) -> dict:
     }
 
 
-def pinned_facts(found: MeetingPairs, pinned) -> dict | None:
+def pinned_facts(found: MeetingPairs, pinned) -> dict[str, Any] | None:
     """Say which pairs of pinned vertices meet and when: they block the step."""
     vf = pinned[found.vertex_face].all(axis=1)
     ee = pinned[found.edge_edge].all(axis=1)
@@ -69,7 +70,7 @@ def pinned_facts(found: MeetingPairs, pinned) -> dict | None:
     }
 
 
-def answers_of(arrays, thickness) -> list[dict]:
+def answers_of(arrays, thickness) -> list[dict[str, Any]]:
     """Resolve each step of a scene with izo_ref and judge the path to the answer exactly.
 
     The steps of a sequence start where the one before was resolved to.
@@ -103,7 +104,7 @@ def _answer(start, end, arrays, thickness):
     return fact, result.positions
 
 
-def all_impacts_zone(arrays, thickness) -> dict | None:
+def all_impacts_zone(arrays, thickness) -> dict[str, Any] | None:
     """The optimum of the largest zone of all impacts found, by two solvers that agree.
 
     These zones hold many nearly dependent constraints. None if a solver finds no answer: where

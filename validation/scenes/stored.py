@@ -3,6 +3,7 @@
 import json
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ STEP_ARRAYS = ("positions_t0", "positions_t1", "faces", "masses", "pinned")
 
 
 @cache
-def index() -> dict:
+def index() -> dict[str, Any]:
     """Read what is known of each scene: `{name: facts}`, as `data/README.md` describes them."""
     return json.loads((FOLDER / "index.json").read_text())
 
@@ -33,7 +34,7 @@ def names(kind=None, status=None) -> list[str]:
     ]
 
 
-def load(name) -> dict:
+def load(name) -> dict[str, np.ndarray]:
     """Read all arrays of a scene, with the pairs that meet."""
     with np.load(FOLDER / f"{name}.npz") as archive:
         return {key: archive[key] for key in archive.files}
