@@ -9,6 +9,7 @@ from izo_ref.detection.components import MeshComponents
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
+SCENES = ("cloth-on-sphere", "moving-obstacle", "at-rest", "pinch-free", "pinch-blocked")
 QUICK_STEPS = (
     "cloth-funnel-clean",
     "crumple-10k",
@@ -61,8 +62,9 @@ def check_step(name):
     assert everything.objective == pytest.approx(needed.objective, rel=1e-6)
 
 
-@pytest.mark.data
-@pytest.mark.parametrize("name", QUICK_STEPS)
+@pytest.mark.parametrize(
+    "name", [*SCENES, *(pytest.param(name, marks=pytest.mark.data) for name in QUICK_STEPS)]
+)
 def test_same_bits_with_and_without(name):
     check_step(name)
 
