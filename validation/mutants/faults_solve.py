@@ -218,8 +218,8 @@ SOLVERS = [
     Fault(
         "unchanged-zones-go-on",
         "izo_ref/loop/cpu_step.py",
-        "        rows, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))\n",
-        "        rows = zones.impacts\n",
+        "        own, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))\n",
+        "        own = zones.impacts\n",
         "a zone that is solved again without a change starts elsewhere, and has other last bits",
         ("tests/loop/test_plan.py::test_large_zones_that_did_not_change_start_where_they_did",),
     ),
