@@ -18,7 +18,7 @@ from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.iterate import Iteration, Loop
-from izo_ref.loop.numbering import geometric_order, impacts_back, renumbered
+from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numbering
 from izo_ref.loop.plan import Plan, plan
 from izo_ref.loop.scale_back import ScaledBack, scale_back
 from izo_ref.loop.step import Step
@@ -129,7 +129,7 @@ def resolve(
     watch.lap("plan")
 
     order = geometric_order(scene)
-    step = make_step(renumbered(scene, order), thickness, options)
+    step = make_step(renumber_scene(scene, order), thickness, options)
     loop = Loop(step, options.max_iterations, on_iteration)
     free = loop.run(0)
     watch.lap("main")
@@ -145,7 +145,7 @@ def resolve(
     positions_on_gpu = step.positions_on_gpu(positions, order if free else None)
     certificate = certify_path(scene, positions, options.rules, device)
     watch.lap("certify")
-    impacts, index = impacts_back(loop.step.impacts, order, scene.faces)
+    impacts, index = restore_numbering(loop.step.impacts, order, scene.faces)
     multipliers = loop.step.multipliers[index]
     zones = build_zones(scene, impacts)
     judged = _judge(scene, impacts, multipliers, zones, thickness, positions)

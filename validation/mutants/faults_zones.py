@@ -28,8 +28,8 @@ ZONE = [
     Fault(
         "device-keeps-scaled-multipliers",
         "izo_ref/loop/cuda/step.py",
-        "        multipliers_out[rows[i]] = scaled[i] / lengths[i]\n",
-        "        multipliers_out[rows[i]] = scaled[i]\n",
+        "        multipliers_out[impacts[i]] = scaled[i] / lengths[i]\n",
+        "        multipliers_out[impacts[i]] = scaled[i]\n",
         "multipliers of a GPU are those of unit rows",
         ("tests/cuda/test_simulator.py",),
     ),
@@ -44,8 +44,8 @@ ZONE = [
     Fault(
         "device-says-all-is-solved",
         "izo_ref/loop/gpu_step.py",
-        "        kernels.negate_flags[len(part)](solution.solved, left)\n",
-        "        kernels.negate_flags[len(part)](full(len(part), True, np.bool_), left)\n",
+        "        kernels.negate_flags[len(zones)](solution.solved, left)\n",
+        "        kernels.negate_flags[len(zones)](full(len(zones), True, np.bool_), left)\n",
         "zones that a GPU did not solve are not left to the processor",
         ("tests/cuda/test_simulator.py",),
     ),
