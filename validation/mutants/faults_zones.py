@@ -60,7 +60,7 @@ ZONE = [
     Fault(
         "one-own-vertex-is-enough-on-the-device",
         "izo_ref/zones/cuda/selection.py",
-        "if (n_own == n_free) if all_new else (n_own > 0):",
+        "if (n_own == n_unpinned) if all_new else (n_own > 0):",
         "if n_own > 0:",
         "on a GPU impacts taken together share a vertex",
         ("tests/cuda/test_simulator.py",),
@@ -180,8 +180,8 @@ ZONE = [
     Fault(
         "selection-by-one-new-vertex",
         "izo_ref/zones/serial/selection.py",
-        "            selected_out[j] = n_new == n_free\n",
-        "            selected_out[j] = n_new >= n_free - 1\n",
+        "            selected_out[j] = n_new == n_unpinned\n",
+        "            selected_out[j] = n_new >= n_unpinned - 1\n",
         "`independent` takes impacts that share a vertex with one taken before",
         ("tests/zones/test_selection.py",),
     ),
