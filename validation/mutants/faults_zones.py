@@ -148,8 +148,8 @@ ZONE = [
     Fault(
         "renumbered-the-wrong-way",
         "izo_ref/loop/resolve.py",
-        "    positions[order] = step.positions\n",
-        "    positions[:] = step.positions[order]\n",
+        "    positions[order] = loop.step.positions\n",
+        "    positions[:] = loop.step.positions[order]\n",
         "positions are put back with the inverse of the numbering",
         (BY_HAND, RENUMBERED),
     ),
