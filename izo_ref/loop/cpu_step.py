@@ -155,7 +155,7 @@ class CpuStep(Step):
     def _spread_stuck(self, zones: Zones) -> Flags:
         """Mark all vertices of a zone with a stuck vertex; return those zones, (n_zones,) b1."""
         stuck = np.logical_or.reduceat(self.stuck[zones.vertices], zones.vertex_offsets[:-1])
-        for zone in np.flatnonzero(stuck):
+        for zone in np.flatnonzero(stuck).tolist():
             self.stuck[zones.vertices_of(zone)] = True
         return stuck
 
