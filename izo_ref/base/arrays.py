@@ -27,3 +27,5 @@ Codes: TypeAlias = NDArray[np.int8]  # (n,) i1, methods or statuses
 AnyFloats: TypeAlias = NDArray[np.floating[Any]]  # f4 or f8, as the caller chose
 AnyInts: TypeAlias = NDArray[np.integer[Any]]  # whole numbers of a width that is stated beside
 GpuArray: TypeAlias = Any  # in the memory of a GPU; numba-cuda has no types for it
+AnyArray: TypeAlias = NDArray[Any]  # of a dtype and shape that are stated beside
+Vec3: TypeAlias = tuple[float, float, float]  # three numbers in registers

@@ -65,7 +65,7 @@ LAGRANGIAN = [
         "ends-in-the-loops-order",
         "izo_ref/loop/gpu_step.py",
         "kernels.put_rows[self._n](to_gpu(order), self.positions, moved_back)",
-        "kernels.put_rows[self._n](on_device(np.sort(order)), self.positions, moved_back)",
+        "kernels.put_rows[self._n](to_gpu(np.sort(order)), self.positions, moved_back)",
         "positions on the GPU are returned in the order in which the loop had them",
         ("tests/cuda/test_simulator.py",),
     ),

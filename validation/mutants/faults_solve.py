@@ -218,8 +218,8 @@ SOLVERS = [
     Fault(
         "unchanged-zones-go-on",
         "izo_ref/loop/cpu_step.py",
-        "        rows, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))\n",
-        "        rows = zones.impacts\n",
+        "        own, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))\n",
+        "        own = zones.impacts\n",
         "a zone that is solved again without a change starts elsewhere, and has other last bits",
         ("tests/loop/test_plan.py::test_large_zones_that_did_not_change_start_where_they_did",),
     ),
@@ -284,7 +284,7 @@ SOLVERS = [
     Fault(
         "bound-without-across",
         "izo_ref/zones/distance.py",
-        "    return _rounded_up(_norm(across) + 2.0 * beyond + along)\n",
+        "    return _rounded_up(norm(across) + 2.0 * beyond + along)\n",
         "    return _rounded_up(2.0 * beyond + along)\n",
         "the bound on the distance forgets the part across the active rows",
         ("tests/zones/test_distance.py",),
@@ -299,7 +299,7 @@ SOLVERS = [
     ),
     Fault(
         "bound-without-rounding",
-        "izo_ref/zones/distance.py",
+        "izo_ref/zones/scaled_zone.py",
         "        error += 10 * U * terms + (1.0 + 1e-9) * sums * first + 2 * U * np.abs(total)\n",
         "        error += 0.0 * (terms + sums * first)\n",
         "the bound on the distance forgets the rounding of slacks",
