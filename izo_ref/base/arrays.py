@@ -27,3 +27,6 @@ Codes: TypeAlias = NDArray[np.int8]  # (n,) i1, methods or statuses
 AnyFloats: TypeAlias = NDArray[np.floating[Any]]  # f4 or f8, as the caller chose
 AnyInts: TypeAlias = NDArray[np.integer[Any]]  # whole numbers of a width that is stated beside
 GpuArray: TypeAlias = Any  # in the memory of a GPU; numba-cuda has no types for it
+AnyInt: TypeAlias = int | np.integer[Any]  # one whole number of any width
+AnyFloat: TypeAlias = float | np.floating[Any]  # one number, f4 or f8
+AnyBool: TypeAlias = bool | np.bool_  # one truth value
