@@ -29,3 +29,6 @@ AnyInts: TypeAlias = NDArray[np.integer[Any]]  # whole numbers of a width that i
 GpuArray: TypeAlias = Any  # in the memory of a GPU; numba-cuda has no types for it
 AnyArray: TypeAlias = NDArray[Any]  # of a dtype and shape that are stated beside
 Vec3: TypeAlias = tuple[float, float, float]  # three numbers in registers
+AnyInt: TypeAlias = int | np.integer[Any]  # one whole number of any width
+AnyFloat: TypeAlias = float | np.floating[Any]  # one number, f4 or f8
+AnyBool: TypeAlias = bool | np.bool_  # one truth value
