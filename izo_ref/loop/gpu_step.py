@@ -35,7 +35,7 @@ from izo_ref.detection.gpu_detector import Detector, HostDetector
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.cuda import step as kernels
 from izo_ref.solvers.cuda import zones
-from izo_ref.solvers.gpu_solve import Rows, solve_zones
+from izo_ref.solvers.gpu_solve import GpuConstraints, solve_zones
 from izo_ref.solvers.gpu_variables import Members
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.gpu_grouping import build_zones
@@ -203,7 +203,7 @@ class GpuStep:
             self._solve_on_host(part)
 
     def _scaled_rows(self, part):
-        """`Rows` of zones, and which of them nothing can satisfy."""
+        """`GpuConstraints` of zones, and which of them nothing can satisfy."""
         n = part.impacts.shape[0]
         own = take_impacts(self.impacts, part.impacts)
         unknowns, hopeless = empty((n, 4), np.int32), empty(n, np.bool_)
@@ -225,7 +225,7 @@ class GpuStep:
         kernels.number_vertices[part.vertices.shape[0]](part.vertices, places)
         kernels.number_unknowns[n](places, unknowns)
         offsets = part.impact_offsets, part.vertex_offsets
-        return Rows(*offsets, unknowns, coefficients, own.normals, rhs, lengths), hopeless
+        return GpuConstraints(*offsets, unknowns, coefficients, own.normals, rhs, lengths), hopeless
 
     def _solve_on_host(self, part):
         self.n_left += len(part)
