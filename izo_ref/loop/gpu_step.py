@@ -41,7 +41,7 @@ from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.cuda import step as kernels
 from izo_ref.loop.step import Step
 from izo_ref.solvers.cuda import zones as zone_kernels
-from izo_ref.solvers.gpu_solve import Rows, solve_zones
+from izo_ref.solvers.gpu_solve import GpuConstraints, solve_zones
 from izo_ref.solvers.gpu_variables import Members
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.gpu_grouping import blocks_of, build_zones, choose_zones
@@ -220,7 +220,7 @@ class GpuStep(Step):
         if zones_left is not None:
             self._solve_zones_left(zones_left)
 
-    def _scale_constraints(self, zones: Zones) -> tuple[Rows, GpuArray]:
+    def _scale_constraints(self, zones: Zones) -> tuple[GpuConstraints, GpuArray]:
         """Return the constraints of zones in scaled variables, and those nothing can satisfy."""
         n = zones.impacts.shape[0]
         impacts = take_impacts(self.impacts, zones.impacts)
@@ -243,7 +243,9 @@ class GpuStep(Step):
         kernels.number_vertices[zones.vertices.shape[0]](zones.vertices, places)
         kernels.number_unknowns[n](places, unknowns)
         offsets = zones.impact_offsets, zones.vertex_offsets
-        return Rows(*offsets, unknowns, coefficients, impacts.normals, rhs, lengths), hopeless
+        return GpuConstraints(
+            *offsets, unknowns, coefficients, impacts.normals, rhs, lengths
+        ), hopeless
 
     def _solve_zones_left(self, zones: Zones) -> None:
         """Solve zones that the GPU left: the CPU states their problems and solves them.

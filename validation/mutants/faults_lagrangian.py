@@ -112,8 +112,8 @@ LAGRANGIAN = [
     Fault(
         "preset-in-own-scaling",
         "izo_ref/solvers/augmented_lagrangian.py",
-        "        scale = np.add.reduceat(1.0 / free_masses, begin) / per_vertex\n",
-        "        scale = per_vertex / np.add.reduceat(free_masses, begin)\n",
+        "        scale = np.add.reduceat(1.0 / unpinned_masses, begin) / per_vertex\n",
+        "        scale = per_vertex / np.add.reduceat(unpinned_masses, begin)\n",
         "a preset's objective is over the mean of the masses, not of their inverses",
         (METHODS,),
     ),
