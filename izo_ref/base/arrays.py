@@ -27,3 +27,6 @@ Codes: TypeAlias = NDArray[np.int8]  # (n,) i1, methods or statuses
 AnyFloats: TypeAlias = NDArray[np.floating[Any]]  # f4 or f8, as the caller chose
 AnyInts: TypeAlias = NDArray[np.integer[Any]]  # whole numbers of a width that is stated beside
 GpuArray: TypeAlias = Any  # in the memory of a GPU; numba-cuda has no types for it
+Vec3: TypeAlias = tuple[float, float, float]
+Vec4: TypeAlias = tuple[float, float, float, float]
+Bits: TypeAlias = NDArray[np.uint8]  # u1, masks of eight bits
