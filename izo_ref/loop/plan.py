@@ -101,7 +101,7 @@ def _parts(scene, moving):
         return PlanLine(name, "all", "every vertex moves", "")
     parts = MeshComponents(len(moving), scene.faces)
     far = parts.out_of_reach(scene.positions_t0, scene.positions_t1)
-    n_faces = int(far[parts.part][scene.faces[:, 0]].sum())
+    n_faces = int(far[parts.component][scene.faces[:, 0]].sum())
     reason = (
         f"{far.sum()} of {parts.count} parts, {n_faces} of {len(scene.faces)} triangles, rest out "
         "of reach of all that moves"

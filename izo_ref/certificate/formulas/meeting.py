@@ -137,7 +137,7 @@ def certainly_meets(
     factor = power_of_two_for(size)
     a1, a2, a3 = scale3(factor, a1), scale3(factor, a2), scale3(factor, a3)
     b1, b2, b3 = scale3(factor, b1), scale3(factor, b2), scale3(factor, b3)
-    # a unit vector, so 1 bounds its coordinates; any direction is sound, so its rounding is no error
+    # a unit vector, so 1 bounds its coordinates; any d is sound, so its rounding is no error
     d = plane_normal(is_edge_edge, lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi))
     width = NARROWEST
     while width <= WIDEST:
