@@ -32,3 +32,5 @@ Vec3: TypeAlias = tuple[float, float, float]  # three numbers in registers
 AnyInt: TypeAlias = int | np.integer[Any]  # one whole number of any width
 AnyFloat: TypeAlias = float | np.floating[Any]  # one number, f4 or f8
 AnyBool: TypeAlias = bool | np.bool_  # one truth value
+Vec4: TypeAlias = tuple[float, float, float, float]  # four numbers in registers
+Bits: TypeAlias = NDArray[np.uint8]  # u1, masks of eight bits

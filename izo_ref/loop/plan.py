@@ -130,7 +130,7 @@ def _components(scene: Scene, moving: Flags) -> PlanLine:
         return PlanLine(stage, "all", "every vertex moves", "")
     components = MeshComponents(len(moving), scene.faces)
     far = components.out_of_reach(scene.positions_t0, scene.positions_t1)
-    n_faces = int(far[components.part][scene.faces[:, 0]].sum())
+    n_faces = int(far[components.component][scene.faces[:, 0]].sum())
     reason = (
         f"{far.sum()} of {components.count} components, with {n_faces} of {len(scene.faces)} "
         "triangles, are at rest and out of reach of everything that moves"
