@@ -6,7 +6,7 @@ Floats are rational numbers, so all coefficients below are rational, and no step
 it, linear in t. Sides that meet have coplanar nodes, so the pair can meet only at roots of the
 cubic det(e_1, e_2, e_3):
 
-* If the cubic is not zero everywhere, it has at most three roots in [0, 1]. Each is looked at.
+* If the cubic is not zero everywhere, it has at most three roots in [0, 1].
 * If it is zero everywhere, the nodes are coplanar at all times. Whether the pair meets then depends
   on the signs of finitely many polynomials, so it can change only at their roots. The times at
   which the pair meets form a closed set, so the first of them is 0 or one of these roots.
