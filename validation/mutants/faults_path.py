@@ -164,8 +164,8 @@ PATHS = [
     Fault(
         "nearly-zero-is-zero",
         "izo_ref/certificate/exact_path.py",
-        "            common = _common(time.polynomial, poly)\n",
-        "            return 0\n            common = _common(time.polynomial, poly)\n",
+        "            common = common_divisor(time.polynomial, poly)\n",
+        "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
         "a sign that is not certain on a narrow interval is called zero",
         (BY_HAND, CAUGHT, EXACT),
     ),
