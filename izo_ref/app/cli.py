@@ -117,9 +117,7 @@ def _show_cache(args: Arguments) -> int:
         kind = "in use" if folder.current else "of other sources or versions"
         _say(f"{folder.path}: {folder.files} files, {folder.bytes / 1e6:.1f} MB, {kind}")
     if not anything_compiled():
-        _say(
-            f"{CACHE_FOLDER}: nothing is compiled yet; `izo cache fill` compiles what resolving needs"
-        )
+        _say(f"{CACHE_FOLDER}: nothing is compiled yet; `izo cache fill` compiles what is needed")
     return FREE
 
 
