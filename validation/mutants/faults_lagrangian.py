@@ -111,7 +111,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "preset-in-own-scaling",
-        "izo_ref/solvers/augmented_lagrangian.py",
+        "izo_ref/solvers/variables.py",
         "        scale = np.add.reduceat(1.0 / unpinned_masses, begin) / per_vertex\n",
         "        scale = per_vertex / np.add.reduceat(unpinned_masses, begin)\n",
         "a preset's objective is over the mean of the masses, not of their inverses",
