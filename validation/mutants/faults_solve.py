@@ -87,7 +87,7 @@ SOLVERS = [
     ),
     Fault(
         "factor-not-updated-on-drop",
-        "izo_ref/solvers/serial/active_set.py",
+        "izo_ref/solvers/serial/active_basis.py",
         "            factor[k, i + 1] = c * b - s * a\n",
         "            factor[k, i + 1] = c * b + s * a\n",
         "the Cholesky factor is wrong after a row left",
