@@ -7,7 +7,8 @@ import numpy as np
 
 from izo_ref.base.arrays import Floats, Multipliers
 from izo_ref.base.options import Options
-from izo_ref.solvers.solve import SystemSolution, solve_system
+from izo_ref.solvers.scaled_constraints import SystemSolution
+from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import problem_system
 
