@@ -3,14 +3,14 @@ import pytest
 from tests.helpers.steps import DATA
 from validation.__main__ import main
 from validation.oracles import ipc
-from validation.report.tables import table, text
+from validation.report.tables import cell_text, table
 from validation.study import steps
 from validation.study.evidence import wrong_rows
 
 
 def test_cells_keep_the_digits_that_matter():
     cells = [None, True, 1234567, 0.0, 0.123456, 1.5e-13, float("inf"), "a|b"]
-    assert [text(c) for c in cells] == [
+    assert [cell_text(c) for c in cells] == [
         "",
         "yes",
         "1,234,567",
@@ -48,7 +48,7 @@ def test_the_evidence_of_a_step_is_written(tmp_path, monkeypatch):
     names = ["ipctd-thick-cloth", "pinch-blocked-10k"]
     assert main(["evidence", *names, "-o", str(tmp_path)]) == 0
     summary = (tmp_path / "evidence" / "README.md").read_text()
-    asked = "told" if ipc.unusable() else "free"
+    asked = "not judged" if ipc.unusable() else "free"
     answers = f"free | {asked} | free | {asked} | passed"
     assert f"| ipctd-thick-cloth | 404 | FREE | {answers} |" in summary
     assert "failed, as the result says" in summary

@@ -7,10 +7,10 @@ import pytest
 
 from tests.helpers.pages import check_page, look, needs_browser
 from validation.__main__ import main
+from validation.provenance import ROOT
 from validation.report import outer as outer_page
 from validation.report import scaling as scaling_page
 from validation.report import start
-from validation.report.tables import ROOT
 from validation.rows import OUTCOMES, Rows, begin_run, read
 from validation.study import outer, scaling, steps
 
@@ -76,11 +76,11 @@ def test_every_page_is_written_and_none_is_broken(report):
         assert link == "data:," or (report / link).is_file(), link
 
 
-def test_the_start_page_tells_five_figures_and_what_is_missing(report):
+def test_the_start_page_has_five_figures_and_says_what_is_missing(report):
     text = check_page(report / "index.html").text
     assert (report / "index.html").read_text().count('class="value"') == 5
     assert text.count("Not measured yet.") == 2  # of the two pages without rows here
-    assert "evidence/README.md: every step file, judged by four judges (not in this folder)" in text
+    assert "Not in this folder; python -m validation evidence --pages-only makes" in text
     assert "A step of 1,000,000 triangles" in text
     assert "1 s" in text
 
@@ -101,7 +101,7 @@ def test_pages_load_and_fit_a_phone(report, tmp_path, name):
 
 
 def test_exponents_are_those_of_the_rows(report):
-    sheets = scaling_page._sheets(read(report / "rows", "scaling"))
+    sheets = scaling_page.sheet_rows(read(report / "rows", "scaling"))
     slope, said = scaling_page.exponent(sheets, "triangles", "total_s")
     assert math.isclose(slope, 1.0, rel_tol=1e-9)
     assert said == "over 100,000 to 1,000,000"
