@@ -29,7 +29,7 @@ def test_cells_keep_the_digits_that_matter():
 @pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
 @pytest.mark.data
 def test_check_finds_what_is_left_in_wrong_results():
-    """The proposal, a vertex pushed through by a nanometre, and layers that swapped."""
+    """The proposed positions, a vertex pushed through a face by a nanometre, swapped layers."""
     rows = wrong_rows()
     assert len(rows) == 3
     for row in rows:

@@ -1,4 +1,4 @@
-"""The pages of zones and of convergence: figures from rows, none made up."""
+"""The pages of zones and of convergence show the figures of the rows and no others."""
 
 import pytest
 
@@ -88,7 +88,7 @@ def test_a_default_that_misses_the_tolerance_is_not_on_the_front(folder):
     assert row["among_fastest"] is False
 
 
-def test_cells_say_what_became_of_them(folder):
+def test_cells_say_their_outcome(folder):
     cells = cells_table.outcomes(Measured(folder))
     assert len(cells) == 18
     said = {key[1:]: cells_table.cell_outcome(rows) for key, rows in cells.items()}

@@ -1,4 +1,4 @@
-"""What the study of speed measures, and what its page says of it."""
+"""What the study of speed measures, and what its page says about it."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ def page(folder):
 
 
 def line(text, *cells):
-    """The lines of the tables with all these cells."""
+    """Return the lines of the tables that have all these cells."""
     rows = [[c.strip() for c in row.split("|")] for row in text.splitlines() if row[:1] == "|"]
     return [row for row in rows if set(cells) <= set(row)]
 

@@ -118,7 +118,7 @@ def _errors_table(rows: list[Row]) -> str:
         "solver": "solver",
         **{_ratio_heading(ratio): _ratio_heading(ratio) for ratio in MASS_RATIOS},
         "median": "median",
-        f"says solved, but the error exceeds {WRONG:g}": "wrong",
+        f"says solved, but the error exceeds {scientific(WRONG)}": "wrong",
         "does not say solved": "gave up",
     }
     return table(columns, lines)
