@@ -1,8 +1,8 @@
-# Two commands: `make demo` and `make test`. Both install what is missing into .venv.
+# Two commands: `make demo` and `make test`. Both install into .venv whatever is missing there.
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: demo test test-all report report-quick lint lock clean
+.PHONY: demo test test-all docs report report-quick lint lock clean
 
 demo: .venv/demo.done
 	$(BIN)/izo demo
@@ -13,11 +13,15 @@ test: .venv/dev.done lint
 test-all: .venv/dev.done lint
 	$(BIN)/python -m pytest --slow
 
-# Error against time: reports/index.html; rows that are there are kept.
+# The pages of the documentation: docs/_build/html/index.html
+docs: .venv/dev.done
+	$(BIN)/python -m sphinx -E -W --keep-going -n -q -b html -d docs/_build/trees docs docs/_build/html
+
+# Error against time: reports/index.html; rows that exist are kept.
 report: .venv/dev.done
 	$(BIN)/python -m validation report
 
-# A few cells of each, to see that it works: reports/quick/index.html, in under 3 minutes.
+# A few cells of each study, which show that it works: reports/quick/index.html, in 3 minutes.
 report-quick: .venv/dev.done
 	$(BIN)/python -m validation report --quick
 

@@ -11,16 +11,31 @@ def pytest_addoption(parser):
 
 
 def pytest_report_header():
-    where = DATA if DATA.is_dir() else "absent: tests that need them are left out"
+    where = DATA if DATA.is_dir() else "absent: tests use the scenes of data/scenes alone"
     return [f"izo_ref seed: {SEED} (IZO_SEED)", f"izo_ref step files: {where} (IZO_DATA)"]
 
 
+LEFT_OUT = pytest.StashKey[int]()
+
+
 def pytest_collection_modifyitems(config, items):
+    # the marker, not the keyword: the folder tests/data is a keyword of its tests too
+    larger = [item for item in items if item.get_closest_marker("data") and not DATA.is_dir()]
+    config.stash[LEFT_OUT] = len(larger)
+    if larger:
+        config.hook.pytest_deselected(items=larger)
+        items[:] = [item for item in items if item not in set(larger)]
     for item in items:
-        if "data" in item.keywords and not DATA.is_dir():
-            item.add_marker(pytest.mark.skip(reason="needs the step files (IZO_DATA)"))
-        if "slow" in item.keywords and not config.getoption("--slow"):
+        if item.get_closest_marker("slow") and not config.getoption("--slow"):
             item.add_marker(pytest.mark.skip(reason="takes minutes; run with --slow"))
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if config.stash.get(LEFT_OUT, 0):
+        terminalreporter.write_line(
+            f"{config.stash[LEFT_OUT]} cases on larger step files were left out; they need the "
+            "files of IZO_DATA"
+        )
 
 
 @pytest.fixture

@@ -101,8 +101,6 @@ def _evidence(args: Namespace) -> int:
 
     folder, passed = args.output / "evidence", True
     if not args.pages_only:
-        if not steps.available():
-            return _no_step_files()
         made = made_by(f"{PROGRAM} evidence")
         for name in args.steps or steps.step_names():
             print(f"-- {name}", flush=True)
@@ -233,7 +231,8 @@ def _parser() -> argparse.ArgumentParser:
     _add_check(commands)
     help_ = "compare the solvers of zones with oracles: zones.md"
     _add_report(_add(commands, "zones", _zones, help_))
-    sub = _add(commands, "evidence", _evidence, "check every step file: evidence/")
+    help_ = "check the result of every step file (IZO_DATA, or else data/scenes): evidence/"
+    sub = _add(commands, "evidence", _evidence, help_)
     sub.add_argument("steps", nargs="*", metavar="STEP", help="names of steps; default: all")
     _add_report(sub)
     help_ = "put deliberate faults into copies of the code and run the tests: mutants.md"

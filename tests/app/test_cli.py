@@ -48,8 +48,8 @@ def test_plan_says_what_is_left_out(step, tmp_path, capsys):
     assert run("plan", step, "--json", tmp_path / "plan.json") == 0
     said = capsys.readouterr().out
     rows = json.loads((tmp_path / "plan.json").read_text())["plan"]
-    assert all(row["part"] in said and row["reason"] in said for row in rows)
-    assert "pairs at rest      none    still" in said
+    assert all(row["stage"] in said and row["reason"] in said for row in rows)
+    assert "pairs at rest        none    still" in said
 
 
 def test_blocked_is_not_free(tmp_path, capsys):

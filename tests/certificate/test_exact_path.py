@@ -9,7 +9,7 @@ from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.certificate.exact_path import first_meeting, roots_in_unit_interval, sign_at
 from izo_ref.detection.formulas.advance import APART
 from tests.helpers.contacts import first_contact
-from tests.helpers.steps import load
+from tests.helpers.queries import SOURCES, queries_of
 from validation.oracles import path as path_oracle
 
 Z, X, Y, FAR = [0, 0, 0], [1, 0, 0], [0, 1, 0], [3, 0, 0]
@@ -95,13 +95,12 @@ def test_it_agrees_with_another_exact_oracle_on_small_integers(rng):
     assert 200 < met < 1300
 
 
-@pytest.mark.data
-def test_no_false_answer_on_any_query():
-    data = load("ccd-queries")
-    is_edge_edge = data["kind_names"][data["kind"]] == "ee"
-    for i, (vertices, truth) in enumerate(zip(data["vertices"], data["truth"], strict=True)):
-        time = first_meeting(bool(is_edge_edge[i]), vertices[:4], vertices[4:])
-        assert (time is not None) == truth, f"query {i}"
+@pytest.mark.parametrize("source", SOURCES)
+def test_no_false_answer_on_any_query(source, rng):
+    queries = queries_of(source, rng)
+    for i, (vertices, truth) in enumerate(zip(queries.vertices, queries.truth, strict=True)):
+        time = first_meeting(bool(queries.is_edge_edge[i]), vertices[:4], vertices[4:])
+        assert (time is not None) == truth, f"query {i}, {queries.names[i]}"
 
 
 def certain(is_edge_edge, start, end, toi):

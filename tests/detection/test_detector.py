@@ -12,6 +12,7 @@ from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from tests.helpers.steps import load, load_step
 from tests.naive.closest import distance
 from validation.oracles import path
+from validation.scenes.queries import degenerate_queries
 
 VF, EE = False, True
 SQUARE = [(0, 0, 1), (0, 0, 0), (1, 0, 0), (0, 1, 0)]  # a vertex over a face
@@ -387,6 +388,40 @@ def test_armadillo_rollers_gives_exactly_the_published_pairs():
         expected = {key(row, is_edge_edge) for row in truth[f"true_{name}"].tolist()}
         assert len(rows) == len(found) == len(expected) == count
         assert found == expected
+
+
+# Cases in which rounding decides which two points count as the closest. `advance` then tries no
+# direction that separates the sides, and calls pairs a contact that pass each other at up to 1e-4
+# of their size. In 60 draws of 740 queries there were 14 such pairs, all of these cases.
+CLOSEST_POINTS_ARE_ROUNDED = (
+    "slides in the plane just past a corner",
+    "just misses a face without area",
+    "parallel edges just pass beside",
+)
+DOUBLE_ROOTS = ("corners turn through the vertex", "edge turns through the other")
+
+
+def test_no_degenerate_query_of_our_own_is_missed(rng):
+    """Each false alarm touches but for rounding, as below, or is of a named case."""
+    queries = degenerate_queries(rng, 20)
+    alarms = undecided = 0
+    for name, is_edge_edge, truth, vertices in zip(
+        queries.names, queries.is_edge_edge, queries.truth, queries.vertices, strict=True
+    ):
+        start, end = vertices[:4], vertices[4:]
+        status, toi, _, _ = first_contact(bool(is_edge_edge), start, end)
+        assert status != APART or not truth, f"{name} missed"
+        if status == UNDECIDED:
+            assert name in DOUBLE_ROOTS
+            undecided += 1
+        if status != APART and not truth:
+            alarms += 1
+            size = np.abs(vertices - vertices[[0, 0, 0, 0, 4, 4, 4, 4]]).max()
+            rounding = distance(is_edge_edge, start, end, toi) <= 3.4e-14 * size
+            assert rounding or name in CLOSEST_POINTS_ARE_ROUNDED, f"{name} is no touching pair"
+    print(f"\n{alarms} false alarms, {undecided} undecided, of {len(queries.names)} queries")
+    assert alarms <= 12
+    assert undecided <= 2
 
 
 @pytest.mark.data

@@ -9,6 +9,7 @@ from izo_ref.detection.components import MeshComponents
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
+SCENES = ("cloth-on-sphere", "moving-obstacle", "at-rest", "pinch-free", "pinch-blocked")
 QUICK_STEPS = (
     "cloth-funnel-clean",
     "crumple-10k",
@@ -25,7 +26,7 @@ SLOW_STEPS = ("sheets-50k", "armadillo-rollers", "cloth-ball-clean")
 
 def lines(scene, **options):
     needed = izo_ref.plan(scene, Options(**options))
-    return {line.part: line for line in needed.lines}
+    return {line.stage: line for line in needed.lines}
 
 
 def far_apart(*scenes):
@@ -61,8 +62,9 @@ def check_step(name):
     assert everything.objective == pytest.approx(needed.objective, rel=1e-6)
 
 
-@pytest.mark.data
-@pytest.mark.parametrize("name", QUICK_STEPS)
+@pytest.mark.parametrize(
+    "name", [*SCENES, *(pytest.param(name, marks=pytest.mark.data) for name in QUICK_STEPS)]
+)
 def test_same_bits_with_and_without(name):
     check_step(name)
 
@@ -119,9 +121,9 @@ def test_a_part_that_nothing_reaches_is_in_no_tree(rng):
     n = len(scene.positions_t0)
     start, end = (np.vstack((x, points)) for x in (scene.positions_t0, scene.positions_t1))
     larger = izo_ref.Scene(start, end, np.vstack((scene.faces, faces + n)))
-    line = lines(larger)["parts in trees"]
+    line = lines(larger)["components in trees"]
     assert line.needed == "some"
-    assert f"1 of 3 parts, {len(faces)} of {len(larger.faces)} triangles" in line.reason
+    assert f"1 of 3 components, with {len(faces)} of {len(larger.faces)} triangles" in line.reason
     proposed = [izo_ref.certify_path(s, s.positions_t1) for s in (scene, larger)]
     assert proposed[0].candidates == proposed[1].candidates
     every = izo_ref.certify_path(larger, end, frozenset())
@@ -134,7 +136,7 @@ def test_parts(rng):
     scene = two_sheets(rng, 4)
     parts = MeshComponents(len(scene.positions_t0) + 2, scene.faces)
     assert parts.count == 4  # two sheets, and two vertices in no face
-    assert parts.part.tolist() == [0] * 16 + [1] * 16 + [2, 3]
+    assert parts.component.tolist() == [0] * 16 + [1] * 16 + [2, 3]
     positions = np.vstack((scene.positions_t0, [[5, 5, 5], [9, 9, 9.0]]))
     low, high = parts.boxes(positions)
     np.testing.assert_array_equal(low[1], positions[16:32].min(axis=0))
@@ -153,15 +155,15 @@ def test_the_plan_is_kept_and_prints_itself(rng):
     text = str(result.plan)
     assert len(text.splitlines()) == len(result.plan.lines) + 1
     for line in result.plan.lines:
-        assert line.part in text
+        assert line.stage in text
         assert line.reason in text
     assert {line.rule for line in result.plan.lines} <= {*RULES, ""}
 
 
 def test_a_rule_that_is_switched_off_leaves_nothing_out(rng):
     scene = two_sheets(rng)
-    for part, line in lines(scene, plan="everything").items():
-        if lines(scene)[part].rule:
+    for stage, line in lines(scene, plan="everything").items():
+        if lines(scene)[stage].rule:
             assert line.needed == "all"
 
 

@@ -176,10 +176,10 @@ def test_same_bits_with_one_thread_and_with_two(rng):
     same_bits(with_threads(1, scene, 1e-3), with_threads(2, scene, 1e-3))
 
 
-@pytest.mark.data
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor")
-def test_same_bits_with_one_thread_and_with_two_on_a_real_step():
-    scene = load_step("stack-6k")
+@pytest.mark.parametrize("name", ["stack", pytest.param("stack-6k", marks=pytest.mark.data)])
+def test_same_bits_with_one_thread_and_with_two_on_a_stored_step(name):
+    scene = load_step(name)
     same_bits(with_threads(1, scene, 1e-4), with_threads(2, scene, 1e-4))
 
 

@@ -5,8 +5,10 @@ import pytest
 
 import izo_ref
 from izo_ref import Status
+from tests.helpers import own_scenes
 from tests.helpers.steps import load_step, peers
 from validation import judge
+from validation.scenes import stored
 
 STEPS = [
     "armadillo-rollers",
@@ -25,33 +27,49 @@ SLOW = {"cloth-ball-clean"}
 THICKNESS = 1e-4
 RATIOS = {}
 
-pytestmark = pytest.mark.data
 
-
-@pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in STEPS]
-)
-def test_step_ends_free(name):
-    scene = load_step(name)
-    result = izo_ref.resolve(scene, THICKNESS)
+def check_that_it_ends_free(scene, result):
+    """What every step has to satisfy that can be solved."""
     assert result.status is Status.FREE
     assert result.certificate.free
     assert len(result.certificate.meeting_toi) == 0
     for residuals in result.residuals:
         assert residuals.solved(1e-9, 1e-9)
     np.testing.assert_array_equal(result.positions[scene.pinned], scene.positions_t1[scene.pinned])
-    RATIOS[name] = result.objective / peers()[name]["arcsim_0_2_1"]["objective_g"]
-    print(
-        f"\n{name}: objective {RATIOS[name]:.5f} of ARCSim's, {len(result.history)} detections, "
-        f"{result.timings['total']:.1f} s"
-    )
-    assert RATIOS[name] <= 1.005
     assert result.certificate.exact <= 1e-4 * result.certificate.candidates
     path_facts, _ = judge.path(scene, result.positions)
     end_facts, _ = judge.end(scene, result.positions)
     assert [fact.by for fact in path_facts + end_facts if fact.passed is False] == []
 
 
+@pytest.mark.parametrize("name", own_scenes.FREE_STEPS)
+def test_scene_ends_free(name):
+    """Its objective is compared with the recorded one in tests/data/test_scenes.py."""
+    check_that_it_ends_free(own_scenes.scene(name), own_scenes.result(name))
+
+
+@pytest.mark.parametrize("number", range(len(stored.index()["sleeve"]["steps"])))
+def test_animation_ends_free_frame_by_frame(number):
+    check_that_it_ends_free(*own_scenes.results("sleeve")[number])
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in STEPS]
+)
+def test_step_ends_free(name):
+    scene = load_step(name)
+    result = izo_ref.resolve(scene, THICKNESS)
+    check_that_it_ends_free(scene, result)
+    RATIOS[name] = result.objective / peers()[name]["arcsim_0_2_1"]["objective_g"]
+    print(
+        f"\n{name}: objective {RATIOS[name]:.5f} of ARCSim's, {len(result.history)} detections, "
+        f"{result.timings['total']:.1f} s"
+    )
+    assert RATIOS[name] <= 1.005
+
+
+@pytest.mark.data
 def test_objectives_in_the_geometric_mean():
     """Of the steps that ran before; each alone may be a little above, together they are not."""
     expected = len(STEPS) - len(SLOW)
@@ -64,19 +82,30 @@ def test_objectives_in_the_geometric_mean():
 
 def test_judges_see_what_is_wrong():
     """No judge passes the proposal itself."""
-    scene = load_step("ipctd-thick-cloth")
+    scene = own_scenes.scene("mass-ratios")
     facts = judge.path(scene, scene.positions_t1)[0] + judge.end(scene, scene.positions_t1)[0]
     assert len(facts) == 4
     assert [fact.by for fact in facts if fact.passed] == []
 
 
+def test_an_animation_that_penetrates_is_no_start():
+    arrays = stored.load("sleeve")
+    start, end = arrays["positions"][-2:]
+    with pytest.raises(izo_ref.IzoError, match="without intersections"):
+        izo_ref.Scene(start, end, arrays["faces"])
+
+
+@pytest.mark.data
 def test_cloth_ball_is_refused_because_its_start_intersects():
     with pytest.raises(izo_ref.IzoError, match="without intersections"):
         load_step("cloth-ball")
 
 
-def test_pinch_blocked_is_blocked_with_pairs_and_time():
-    scene = load_step("pinch-blocked-10k")
+@pytest.mark.parametrize(
+    "name", ["pinch-blocked", pytest.param("pinch-blocked-10k", marks=pytest.mark.data)]
+)
+def test_pinch_blocked_is_blocked_with_pairs_and_time(name):
+    scene = load_step(name)
     result = izo_ref.resolve(scene, THICKNESS)
     assert result.status is Status.BLOCKED
     assert 0.0 < result.time_free < 1.0

@@ -131,5 +131,5 @@ def test_the_default_of_the_device(rng, monkeypatch):
 
 
 def test_methods_of_the_processor_are_named(rng):
-    with pytest.raises(DeviceUnavailableError, match="'interior-point' is of the processor"):
+    with pytest.raises(DeviceUnavailableError, match="'interior-point' runs on the CPU only"):
         izo_ref.solve_zone(random_problem(rng, 2), "interior-point", device="cuda")

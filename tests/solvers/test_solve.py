@@ -3,9 +3,11 @@ import pytest
 
 import izo_ref
 from izo_ref.base import errors
+from tests.helpers.own_scenes import zone_of_all_impacts
 from tests.helpers.shapes import ONE, opposed, problem, random_problem
 from tests.helpers.steps import load_zone
 from tests.naive.qp import dense_rows, solve_qp
+from validation.scenes import stored
 
 EXACT_METHODS = ["auto", "active-set", "interior-point"]
 APART = [[0, 0, 0.75], [0, 0, 0], [1, 0, 0], [0, 1, 0.0]]
@@ -197,6 +199,20 @@ def test_options_are_checked():
         izo_ref.solve_zone(problem(), line_search="guess")
     with pytest.raises(errors.OptionError, match="xrtailor"):
         izo_ref.solve_zone(problem(), method="interior-point", preset="xrtailor")
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, facts in stored.index().items() if "zone_of_all_impacts" in facts]
+)
+def test_zones_of_all_impacts_of_a_scene(name):
+    """Many redundant constraints; the optimum is that of two other solvers."""
+    facts, zone = stored.index()[name]["zone_of_all_impacts"], zone_of_all_impacts(name)
+    assert len(zone.nodes) == facts["impacts"]
+    solution = izo_ref.solve_zone(zone)
+    assert solution.residuals.solved(1e-9, 1e-9)
+    mass = np.where(np.isfinite(zone.masses), zone.masses, 0.0)
+    value = np.sum(mass[:, None] * solution.displacements**2)
+    assert value == pytest.approx(facts["sum_m_dx2_kg_m2"], rel=2e-8)
 
 
 @pytest.mark.data

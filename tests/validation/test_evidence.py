@@ -1,10 +1,8 @@
 import pytest
 
-from tests.helpers.steps import DATA
 from validation.__main__ import main
 from validation.oracles import ipc
 from validation.report.tables import cell_text, table
-from validation.study import steps
 from validation.study.evidence import wrong_rows
 
 
@@ -27,7 +25,6 @@ def test_cells_keep_the_digits_that_matter():
 
 
 @pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
-@pytest.mark.data
 def test_check_finds_what_is_left_in_wrong_results():
     """The proposed positions, a vertex pushed through a face by a nanometre, swapped layers."""
     rows = wrong_rows()
@@ -42,15 +39,20 @@ def test_check_finds_what_is_left_in_wrong_results():
         assert at_the_end == ((True, True) if "swapped" in row["result"] else (False, False))
 
 
-@pytest.mark.data
-def test_the_evidence_of_a_step_is_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(steps, "FOLDER", DATA)
-    names = ["ipctd-thick-cloth", "pinch-blocked-10k"]
+@pytest.mark.parametrize(
+    ("free", "triangles", "blocked"),
+    [
+        ("at-rest", "1,360", "pinch-blocked"),
+        pytest.param("ipctd-thick-cloth", "404", "pinch-blocked-10k", marks=pytest.mark.data),
+    ],
+)
+def test_the_evidence_of_a_step_is_written(tmp_path, free, triangles, blocked):
+    names = [free, blocked]
     assert main(["evidence", *names, "-o", str(tmp_path)]) == 0
     summary = (tmp_path / "evidence" / "README.md").read_text()
     asked = "not judged" if ipc.unusable() else "free"
     answers = f"free | {asked} | free | {asked} | passed"
-    assert f"| ipctd-thick-cloth | 404 | FREE | {answers} |" in summary
+    assert f"| {free} | {triangles} | FREE | {answers} |" in summary
     assert "failed, as the result says" in summary
     for name in names:
         assert (tmp_path / "evidence" / f"{name}.json").exists()

@@ -13,7 +13,7 @@ from validation.scenes.piles import chain_zone, pinch_zone, stack_zone
 from validation.scenes.zones import random_zone
 from validation.study import convergence, inner, own
 from validation.study.cells import LIBRARY, Cell, plan
-from validation.study.families import QUICK, Family, recorded, synthetic
+from validation.study.families import QUICK, Family, step_family, synthetic
 from validation.study.timing import measure
 from validation.study.truth import Truth
 
@@ -34,10 +34,11 @@ def test_families_are_feasible_seeded_and_violated(family):
     assert 0.9 * family.size <= len(problem.nodes) <= family.size
 
 
-@pytest.mark.data
-def test_zones_of_a_step_can_fill_a_call_with_many():
+@pytest.mark.parametrize("step", ["crumple", pytest.param("crumple-10k", marks=pytest.mark.data)])
+def test_zones_of_a_step_can_fill_a_call_with_many(step):
     """A step ends in few zones of note; they repeat."""
-    family = next(family for family in recorded() if family.name == "end-crumple-10k")
+    family = step_family(step, "the largest zones")
+    assert family.count == 3
     many = [family.make(number) for number in range(2 * family.count + 1)]
     assert many[0] is many[family.count] is many[-1]
 

@@ -6,7 +6,7 @@ import pytest
 from flint import ctx, fmpz_poly
 
 from izo_ref.base.exact import simplices_meet
-from tests.helpers.steps import load
+from tests.helpers.queries import SOURCES, queries_of
 from tests.naive.closest import distance
 from validation.oracles.path import _real_roots, first_meeting, meets
 
@@ -329,14 +329,9 @@ def test_what_is_no_pair_is_refused(wrong):
         meets(True, wrong, wrong)
 
 
-@pytest.mark.data
-def test_published_queries_are_answered_as_published():
-    queries = load("ccd-queries")
-    edge_edge = queries["kind_names"][queries["kind"]] == "ee"
-    answers = np.array(
-        [
-            meets(is_ee, v[:4], v[4:])
-            for is_ee, v in zip(edge_edge, queries["vertices"], strict=True)
-        ]
-    )
-    assert np.flatnonzero(answers != queries["truth"]).tolist() == []
+@pytest.mark.parametrize("source", SOURCES)
+def test_queries_with_a_known_answer_get_that_answer(source, rng):
+    queries = queries_of(source, rng)
+    pairs = zip(queries.is_edge_edge, queries.vertices, strict=True)
+    answers = np.array([meets(bool(is_ee), v[:4], v[4:]) for is_ee, v in pairs])
+    assert [queries.names[i] for i in np.flatnonzero(answers != queries.truth)] == []

@@ -13,7 +13,7 @@ BUDGET = "tests/loop/test_resolve.py::test_a_spent_budget_ends_free_by_fallback"
 PATHS = [
     Fault(
         "pending-impacts-forgotten",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "        self.impacts = join_impacts((self.impacts.take(still), found)).take(order)\n",
         "        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)\n",
         "incremental detection forgets the impacts of vertices that did not move since",
@@ -22,8 +22,8 @@ PATHS = [
     Fault(
         "moved-along-all-axes",
         "izo_ref/detection/detector.py",
-        "            moved = _differ(positions_t1, self._seen)\n",
-        "            moved = (positions_t1 != self._seen).all(axis=1)\n",
+        "            moved = rows_differ(positions_t1, previous_t1)\n",
+        "            moved = (positions_t1 != previous_t1).all(axis=1)\n",
         "incremental detection does not look again at what moved along an axis only",
         ("tests/loop/test_resolve.py::test_one_vertex_by_hand", RESOLVE),
     ),

@@ -78,8 +78,13 @@ def _loaded(folder: Path) -> dict[str, json_rows.MadeRows]:
 
 
 def _rows(loaded: dict[str, json_rows.MadeRows]) -> tuple[list[Row], list[Row]]:
-    """Return the rows of the steps, and those of the wrong results."""
-    steps = [row for stem, part in loaded.items() if stem != WRONG for row in part.rows]
+    """Return the rows of the steps, each with its commit, and those of the wrong results."""
+    steps = [
+        row | {"commit": part.made.commit}
+        for stem, part in loaded.items()
+        if stem != WRONG
+        for row in part.rows
+    ]
     return steps, loaded[WRONG].rows if WRONG in loaded else []
 
 
@@ -149,6 +154,8 @@ def _summary(steps: list[Row], wrong: list[Row]) -> list[str]:
         "check": _check,
         "objective over ARCSim 0.2.1": _peer_ratio,
     }
+    if len({row["commit"] for row in judged}) > 1:
+        answers["measured at commit"] = "commit"
     cost: Columns = {
         "step": "step",
         "candidate pairs": "candidates",

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from izo_ref.app.picture import draw
-from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Positions
+from izo_ref.base.arrays import AnyInts, Flags, Floats, Indices, Ints, Positions
 from izo_ref.scene import Scene
 from validation.check import Verdict
 from validation.judge import Fact
@@ -54,7 +54,7 @@ def _drawn(verdict: Verdict) -> Indices:
     return order[_first_disjoint(verdict.meeting.nodes[order])]
 
 
-def _first_disjoint(pairs: Ints) -> list[int]:
+def _first_disjoint(pairs: AnyInts) -> list[int]:
     """Return the first pairs, at most PAIRS_DRAWN, that share no element."""
     chosen: list[int] = []
     seen: set[int] = set()

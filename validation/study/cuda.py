@@ -113,7 +113,7 @@ def _steps(folder, say):
             objective=found.objective / expected.objective if expected.objective else 1.0,
             apart_m=float(np.abs(found.positions - expected.positions).max(initial=0.0)),
             same_again=bool(np.array_equal(found.positions, repeated.positions)),
-            left=found.left_to_processor,
+            left=found.left_to_cpu,
             solved=sum(line.solved for line in found.history),
             iterations=len(found.history),
             cpu_iterations=len(expected.history),

@@ -16,6 +16,7 @@ THICKNESS_M = 1e-4
 # Thickness and time of the peer's results in peers.json: ARCSim 0.2.1, one thread.
 PEER = "arcsim_0_2_1"
 WRONG_STEP = "sphere-10k"
+OWN_WRONG_STEP = "at-rest"  # where there are no step files
 PUSHED_M = 1e-9
 
 
@@ -67,15 +68,15 @@ def wrong_rows(say=None) -> list[dict]:
 
 
 def _wrong_results():
-    if steps.available():
-        scene = steps.load_step(WRONG_STEP)
-        yield f"{WRONG_STEP}: the proposal itself", scene, scene.positions_t1
-        own = resolve(scene, THICKNESS_M)
-        yield (
-            f"{WRONG_STEP}: ours, one vertex pushed {PUSHED_M:g} m through a face",
-            scene,
-            pushed_through(scene, own),
-        )
+    step = WRONG_STEP if steps.available() else OWN_WRONG_STEP
+    scene = steps.load_step(step)
+    yield f"{step}: the proposal itself", scene, scene.positions_t1
+    own = resolve(scene, THICKNESS_M)
+    yield (
+        f"{step}: ours, one vertex pushed {PUSHED_M:g} m through a face",
+        scene,
+        pushed_through(scene, own),
+    )
     yield "two layers fully swapped, both ends free", *swapped_layers()
 
 

@@ -98,14 +98,19 @@ def recorded() -> list[Family]:
             families.append(Family(name, "armadillo", size, RECORDED[name], made, 1))
     for step in ("sheets-10k", "crumple-10k"):
         if (steps.FOLDER / f"{step}.npz").is_file():
-            name, problems = f"end-{step}", step_zones(step)
-            size = int(np.median([len(problem.nodes) for problem in problems]))
-
-            def made(number, problems=problems):  # a call may ask for more than there are
-                return problems[number % len(problems)]
-
-            families.append(Family(name, name, size, RECORDED[name], made, len(problems)))
+            families.append(step_family(step, RECORDED[f"end-{step}"]))
     return families
+
+
+def step_family(step, says) -> Family:
+    """The family of the largest zones in which a step ends."""
+    name, problems = f"end-{step}", step_zones(step)
+    size = int(np.median([len(problem.nodes) for problem in problems]))
+
+    def made(number):  # a call may ask for more than there are
+        return problems[number % len(problems)]
+
+    return Family(name, name, size, says, made, len(problems))
 
 
 def descriptions() -> dict[str, str]:

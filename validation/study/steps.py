@@ -8,6 +8,7 @@ import numpy as np
 
 from izo_ref.scene import Scene
 from izo_ref.zones.problem import ZoneProblem
+from validation.scenes import stored
 
 FOLDER = Path(
     os.environ.get("IZO_DATA", Path(__file__).parent.parent.parent.parent / "shared" / "data")
@@ -20,12 +21,17 @@ def available() -> bool:
 
 
 def load(name) -> dict:
+    """Read a step file, or a scene of the project."""
+    if name in stored.names():
+        return stored.load(name)
     with np.load(FOLDER / f"{name}.npz") as archive:
         return {key: archive[key] for key in archive.files}
 
 
 def step_names() -> list[str]:
-    """Files that hold a step."""
+    """Name the files that hold a step; where there are none, the scenes of the project."""
+    if not available():
+        return stored.names("step")
     names = []
     for path in sorted(FOLDER.glob("*.npz")):
         with np.load(path) as archive:
