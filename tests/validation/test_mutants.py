@@ -1,4 +1,4 @@
-"""The list of faults fits the sources, and the runner tells caught from not caught."""
+"""The list of faults fits the sources, and the runner finds out which faults are caught."""
 
 import ast
 import json
@@ -31,7 +31,7 @@ def test_fault_fits_its_file(fault):
 
 @pytest.fixture
 def repository(tmp_path):
-    """As much of one as the runner looks at, in pure Python."""
+    """Return a small repository in pure Python, with what the runner needs."""
     files = {
         "izo_ref/__init__.py": "",
         "izo_ref/base/compile.py": "CACHE_FOLDER = None\n",
