@@ -58,7 +58,7 @@ def changed(array, index, value):
         ({"initial_intersections": "no"}, errors.OptionError, ["'raise'", "'no'"]),
     ],
 )
-def test_bad_input_names_the_first_offender(changes, error, words):
+def test_bad_input_is_refused_and_its_first_bad_entry_named(changes, error, words):
     with pytest.raises(error) as caught:
         scene(**changes)
     assert isinstance(caught.value, izo_ref.IzoError)
@@ -66,7 +66,7 @@ def test_bad_input_names_the_first_offender(changes, error, words):
         assert word in str(caught.value)
 
 
-def test_defaults_and_types():
+def test_a_scene_fills_in_defaults_and_converts_types():
     made = scene()
     assert made.positions_t0.dtype == np.float64
     assert made.faces.dtype == np.int32
@@ -126,3 +126,11 @@ def test_a_face_folded_flat_onto_its_neighbour_is_found():
     start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0.0]])
     with pytest.raises(errors.InitialIntersectionError):
         izo_ref.Scene(start, start, [[0, 1, 2], [1, 0, 3]])
+
+
+@pytest.mark.parametrize("height", [0.0, -5e-324, -1e-17])
+def test_a_start_that_crosses_by_less_than_rounding_is_refused(height):
+    """The corner is not in the face, but its edges go through: no sign of floats is certain."""
+    start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, height], [0, 0, 1], [1, 0, 1]])
+    with pytest.raises(izo_ref.base.errors.InitialIntersectionError):
+        izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])

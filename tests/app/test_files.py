@@ -49,7 +49,7 @@ def test_a_result_survives_the_round_trip(tmp_path):
         np.testing.assert_array_equal(column, expected)
 
 
-def test_half_of_the_zones_is_an_error(tmp_path):
+def test_a_result_with_incomplete_zones_is_refused(tmp_path):
     result = izo_ref.resolve(vertex_over_face(), 1e-3)
     save_result(tmp_path / "out.npz", result)
     with np.load(tmp_path / "out.npz") as archive:
@@ -88,7 +88,7 @@ def test_unreadable_files_are_named(tmp_path):
         load_result(tmp_path / "objects.npz")
 
 
-def test_a_failed_write_leaves_what_was_there(tmp_path, monkeypatch):
+def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "out.npz"
     save_result(path, positions_only(np.eye(3)))
 

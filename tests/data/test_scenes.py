@@ -143,7 +143,7 @@ def test_detection_finds_the_true_pairs_and_no_other(name, number):
 
 
 @pytest.mark.parametrize(("name", "number"), STEP_NUMBERS)
-def test_the_certificate_of_the_proposal_names_the_true_pairs(name, number):
+def test_the_certificate_of_the_proposed_path_names_the_true_pairs(name, number):
     scene = proposed_step(name, number)
     certificate = izo_ref.certify_path(scene, scene.positions_t1)
     meeting = {own_scenes.pair_key(*pair) for pair in zip(*certificate.meeting, strict=True)}
@@ -159,7 +159,7 @@ def test_the_certificate_of_the_proposal_names_the_true_pairs(name, number):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_answer_is_the_recorded_one(name):
+def test_resolve_gives_the_recorded_answer(name):
     for (scene, result), facts in zip(
         own_scenes.results(name), stored.index()[name]["steps"], strict=True
     ):

@@ -4,11 +4,13 @@ import pytest
 import izo_ref
 from izo_ref.base.mesh import edges_of
 from izo_ref.detection import trees as broad
+from izo_ref.detection.serial.tree import box_of, meeting_lanes
 from izo_ref.detection.trees import Elements, meeting_pairs, vertex_boxes
 from tests.helpers.shapes import grid, two_sheets
 from tests.naive.groups import moving_box_pairs
 
 DTYPES = [np.float32, np.float64]
+AXES_AND_SIDES = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
 
 
 def mesh(rng, n):
@@ -38,7 +40,7 @@ def found(a, b):
 
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("n", [2, 3, 6, 9, 16])
-def test_pairs_are_those_of_all_against_all(rng, n, dtype):
+def test_pairs_are_those_of_a_search_of_all_against_all(rng, n, dtype):
     start, end, faces = mesh(rng, n)
     edges = edges_of(faces)
     vertices = np.arange(len(start), dtype=np.int32)[:, None]
@@ -62,7 +64,7 @@ def test_no_pair_is_lost_by_rounding(rng, scale, shift, dtype):
 
 
 @pytest.mark.parametrize("where", ["start", "end", "both"])
-def test_an_axis_tells_apart_only_if_it_does_all_the_time(where):
+def test_an_axis_separates_boxes_only_if_it_does_so_at_both_ends(where):
     """Two vertices and a face that pass each other, or that are apart at one end alone."""
     below, above = np.array([0.2, 0.2, -1.0]), np.array([0.2, 0.2, 1.0])
     face = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
@@ -73,7 +75,7 @@ def test_an_axis_tells_apart_only_if_it_does_all_the_time(where):
     assert found(v, f) == (set() if where == "both" else {(0, 0)})
 
 
-def test_vertices_end_anywhere_in_their_reach(rng):
+def test_pairs_cover_every_end_within_the_reach(rng):
     start, end, faces = mesh(rng, 6)
     edges = edges_of(faces)
     reach = 0.05 * rng.random((len(start), 1))
@@ -123,12 +125,12 @@ def test_boxes_that_only_touch_meet(dtype):
     assert found(elements, elements) == set()
 
 
-def test_nothing_in_nothing_out():
+def test_an_empty_tree_has_no_pairs():
     (empty,) = trees(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 2), np.int32))
     assert found(empty, empty) == set()
 
 
-def test_some_of_the_elements(rng):
+def test_a_tree_of_chosen_elements_finds_their_pairs_alone(rng):
     start, end, faces = mesh(rng, 6)
     edges = edges_of(faces)
     ids = np.flatnonzero(rng.random(len(edges)) < 0.5)
@@ -145,10 +147,25 @@ def test_each_chunk_is_searched_once(n):
 
 
 @pytest.mark.parametrize("room", [0, 1, 7])
-def test_what_finds_no_room_is_found_all_the_same(rng, monkeypatch, room):
+def test_pairs_beyond_the_reserved_room_are_found(rng, monkeypatch, room):
     scene = two_sheets(rng)
     expected = izo_ref.find_impacts(scene)
     assert len(expected.toi) > 100
     monkeypatch.setattr(broad, "ROOM", room)
     for a, b in zip(expected, izo_ref.find_impacts(scene), strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(("axis", "side"), AXES_AND_SIDES)
+@pytest.mark.parametrize("times", [(0, 6), (6, 0)], ids=["apart at the start", "at the end"])
+def test_boxes_that_touch_meet_along_each_axis_from_both_sides(axis, side, dtype, times):
+    block = np.empty((1, 12, 8), dtype)
+    block[0] = np.array([0.0, 0, 0, 1, 1, 1] * 2, dtype)[:, None]
+    for row in range(axis, 12, 3):
+        block[0, row, 5] += side
+    for time in times:
+        inner = axis + time + (0 if side > 0.0 else 3)  # the side of the box that touches
+        assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255
+        block[0, inner, 5] = np.nextafter(block[0, inner, 5], dtype(2.0 * side))
+    assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255 - 32

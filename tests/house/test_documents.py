@@ -21,14 +21,14 @@ def named_paths():
             yield quoted
 
 
-def test_files_that_a_contributor_is_sent_to_exist():
+def test_files_named_for_contributors_exist():
     paths = sorted(set(named_paths()))
     assert len(paths) > 40
     missing = [path for path in paths if not any(house.ROOT.glob(path.rstrip("/")))]
     assert missing == []
 
 
-def test_names_that_a_contributor_is_sent_to_are_there():
+def test_constants_named_for_contributors_exist():
     """Each constant, in capitals, is in a file that its paragraph names."""
     checked = 0
     for block in re.split(r"\n\n|\n\d\. |\n\* ", CONTRIBUTING):

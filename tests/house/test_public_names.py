@@ -23,7 +23,7 @@ def test_import_needs_numpy_and_numba_alone():
     assert out.stdout.strip() == "['izo_ref']"
 
 
-def test_every_public_name_says_what_it_is():
+def test_every_public_name_has_a_docstring():
     for name in izo_ref.__all__:
         thing = getattr(izo_ref, name)
         if inspect.isfunction(thing) or inspect.isclass(thing):

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
+import izo_ref
+from izo_ref import Options
 from izo_ref.loop import numbering
 from izo_ref.loop.numbering import geometric_order, renumbered
-from tests.helpers.shapes import two_sheets
+from tests.helpers.shapes import grid, two_sheets
 
 
 @pytest.mark.parametrize("largest", [numbering.LARGEST_CORNER, 5])
@@ -22,3 +24,60 @@ def test_faces_do_not_depend_on_the_numbering(rng, monkeypatch, largest):
     for name in ("faces", "edges", "positions_t0", "positions_t1"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
         assert getattr(found, name).dtype == getattr(expected, name).dtype
+
+
+def test_renumbering_changes_nothing_beyond_rounding(rng):
+    scene = two_sheets(rng, 10)
+    result = izo_ref.resolve(scene, 1e-3)
+    order = rng.permutation(len(scene.masses))
+    place = np.argsort(order)
+    faces = place[scene.faces][rng.permutation(len(scene.faces))]
+    other = izo_ref.Scene(
+        scene.positions_t0[order],
+        scene.positions_t1[order],
+        faces,
+        scene.masses[order],
+        scene.pinned[order],
+    )
+    again = izo_ref.resolve(other, 1e-3)
+    np.testing.assert_allclose(again.positions, result.positions[order], atol=1e-12)
+    assert len(again.impacts.toi) == len(result.impacts.toi)
+
+
+def test_impacts_at_equal_times_are_resolved_alike_in_any_numbering(rng):
+    """Impacts at equal times: what decides between them must not be an index."""
+    low, faces = grid(7)
+    start = np.concatenate((low, low + (0.0, 0.0, 0.05)))
+    start[49:, :2] += 0.031
+    end = start.copy()
+    end[49:, 2] -= 0.1
+    faces = np.concatenate((faces, faces + 49))
+    results = []
+    for order in (np.arange(98), np.arange(98)[::-1], rng.permutation(98)):
+        place = np.argsort(order)
+        scene = izo_ref.Scene(start[order], end[order], place[faces])
+        results.append(izo_ref.resolve(scene, 1e-3).positions[place])
+    for other in results[1:]:
+        np.testing.assert_allclose(other, results[0], atol=1e-12)
+
+
+def test_impacts_come_in_the_callers_numbering(rng):
+    scene = two_sheets(rng, 8)
+    result = izo_ref.resolve(scene, 1e-3, options=Options(relinearize=0, selection="all"))
+    faces = {tuple(face) for face in scene.faces.tolist()}
+    edges = {tuple(edge) for edge in scene.edges.tolist()}
+    impacts = result.impacts
+    for nodes, is_edge_edge in zip(impacts.nodes.tolist(), impacts.is_edge_edge, strict=True):
+        if is_edge_edge:
+            assert tuple(nodes[:2]) in edges
+            assert tuple(nodes[2:]) in edges
+            assert nodes[:2] < nodes[2:]
+        else:
+            assert tuple(nodes[1:]) in faces
+    first = izo_ref.find_impacts(scene)
+    known = {tuple(nodes): i for i, nodes in enumerate(first.nodes.tolist())}
+    for j, nodes in enumerate(result.impacts.nodes.tolist()):
+        if tuple(nodes) in known and result.impacts.toi[j] == first.toi[known[tuple(nodes)]]:
+            i = known[tuple(nodes)]
+            np.testing.assert_allclose(result.impacts.weights[j], first.weights[i], atol=1e-9)
+            np.testing.assert_allclose(result.impacts.normals[j], first.normals[i], atol=1e-9)

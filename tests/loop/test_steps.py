@@ -70,7 +70,7 @@ def test_step_ends_free(name):
 
 
 @pytest.mark.data
-def test_objectives_in_the_geometric_mean():
+def test_objectives_are_below_those_of_arcsim_in_the_geometric_mean():
     """Of the steps that ran before; each alone may be a little above, together they are not."""
     expected = len(STEPS) - len(SLOW)
     if len(RATIOS) < expected:
@@ -80,7 +80,7 @@ def test_objectives_in_the_geometric_mean():
     assert mean <= 0.995
 
 
-def test_judges_see_what_is_wrong():
+def test_no_judge_passes_the_proposed_positions():
     """No judge passes the proposal itself."""
     scene = own_scenes.scene("mass-ratios")
     facts = judge.path(scene, scene.positions_t1)[0] + judge.end(scene, scene.positions_t1)[0]
@@ -88,7 +88,7 @@ def test_judges_see_what_is_wrong():
     assert [fact.by for fact in facts if fact.passed] == []
 
 
-def test_an_animation_that_penetrates_is_no_start():
+def test_an_intersecting_frame_of_an_animation_is_refused_as_start():
     arrays = stored.load("sleeve")
     start, end = arrays["positions"][-2:]
     with pytest.raises(izo_ref.IzoError, match="without intersections"):

@@ -26,7 +26,7 @@ def one_step(monkeypatch):
     monkeypatch.setattr(lagrangian, "MANY", 2)
 
 
-def test_detection_is_compared_with_the_processor(tmp_path, one_step):
+def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
     run_parts(cuda.PARTS, tmp_path / "rows", "detection", print)
     (row,) = read(tmp_path / "rows", "detection")
     assert (row["step"], row["triangles"], row["impacts"]) == ("falls", 2, 1)
@@ -39,7 +39,7 @@ def test_detection_is_compared_with_the_processor(tmp_path, one_step):
     assert text.count("Not measured yet.") == 5
 
 
-def test_whole_steps_and_zones(tmp_path, one_step):
+def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     for part in ("steps", "zones"):
         run_parts(cuda.PARTS, tmp_path / "rows", part, print)
     (row,) = read(tmp_path / "rows", "steps")
@@ -65,13 +65,13 @@ def test_launches_are_counted(tmp_path, monkeypatch):
     assert row["arrays"] > row["launches"]
 
 
-def test_each_part_can_be_asked_for():
+def test_each_part_can_be_chosen():
     for part in cuda.PARTS:
         assert _parser().parse_args(["study", "cuda", "--only", part]).only == part
 
 
 @pytest.mark.parametrize("verdict", [0, 9, None])
-def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
+def test_the_verdict_of_the_memory_checks_is_recorded(tmp_path, monkeypatch, verdict):
     run = subprocess.run
 
     def said(command, **kwargs):
@@ -92,7 +92,7 @@ def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
     )
 
 
-def test_pairs_of_one_alone_are_counted():
+def test_pairs_found_by_one_side_alone_are_counted():
     import izo_ref
 
     found = izo_ref.find_impacts(vertex_over_face())

@@ -35,7 +35,7 @@ def test_every_combination_converges(rng, method, search, update, penalty):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_nearly_parallel_rows_are_solved_or_said_not_to_be(rng, method, update):
+def test_nearly_parallel_constraints_are_solved_or_reported_unsolved(rng, method, update):
     for n in (4, 16, 64):
         zone = random_zone(rng, n, 1e3)
         found = izo_ref.solve_zone(zone, method, multiplier_update=update, max_steps=5000)
@@ -48,7 +48,7 @@ def test_nearly_parallel_rows_are_solved_or_said_not_to_be(rng, method, update):
             assert np.abs(found.positions - exact.positions).max() <= 1e-3 * scale
 
 
-def test_newton_with_a_growing_penalty_solves_nearly_parallel_rows(rng):
+def test_newton_with_a_growing_penalty_solves_nearly_parallel_constraints(rng):
     """With mu fixed it takes 1 / mu over the least eigenvalue of K as many updates."""
     solved = {"fixed": 0, "grown": 0}
     for _ in range(10):
@@ -64,7 +64,7 @@ def test_newton_with_a_growing_penalty_solves_nearly_parallel_rows(rng):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_what_nothing_satisfies_ends(method, update):
+def test_an_infeasible_zone_ends_within_the_step_limit(method, update):
     found = izo_ref.solve_zone(opposed(0.1), method, multiplier_update=update)
     assert found.iterations < 100_000
     assert not found.residuals.solved(1e-9, 1e-9)
@@ -72,7 +72,7 @@ def test_what_nothing_satisfies_ends(method, update):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_float32_ends_where_it_can_go_no_further(rng, method, update):
+def test_float32_stops_at_its_own_accuracy(rng, method, update):
     for n in (4, 32):
         zone = random_problem(rng, n, 100.0)
         found = izo_ref.solve_zone(zone, method, multiplier_update=update, precision="float32")
@@ -86,7 +86,7 @@ def test_float32_ends_where_it_can_go_no_further(rng, method, update):
         assert loose.iterations <= found.iterations
 
 
-def test_float32_is_float32(rng):
+def test_float32_differs_from_float64_by_its_rounding(rng):
     zone = random_problem(rng, 16)
     found = izo_ref.solve_zone(zone, "lbfgs", precision="float32")
     scale = np.sqrt(zone.masses)[:, None] * found.displacements
@@ -111,7 +111,7 @@ def test_steps_are_limited_and_counted(rng, method):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_the_trace_says_objective_and_violation_after_each_step(rng, method, update):
+def test_the_trace_holds_objective_and_violation_after_each_step(rng, method, update):
     zone = random_problem(rng, 8, 100.0)
     found = izo_ref.solve_zone(zone, method, multiplier_update=update, trace=True)
     assert found.trace.shape == (found.iterations, 2)
@@ -124,7 +124,7 @@ def test_the_trace_says_objective_and_violation_after_each_step(rng, method, upd
         assert part.trace[-1, 1] == pytest.approx(violation, rel=1e-9, abs=1e-15)
 
 
-def test_a_trace_is_in_the_same_units_from_a_preset(rng):
+def test_the_trace_of_a_preset_is_in_the_same_units(rng):
     zone = random_problem(rng, 8, 100.0)
     for preset in ("arcsim", "icloth", "xrtailor"):
         found = izo_ref.solve_zone(zone, preset=preset, trace=True)
@@ -151,7 +151,7 @@ def test_no_trace_unless_asked_for(rng):
 
 
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_zones_side_by_side_are_solved_as_alone(rng, method):
+def test_zones_in_one_call_get_the_bits_of_single_calls(rng, method):
     """The same bits: each zone has arrays, multipliers and memory of its own."""
     zones = [random_problem(rng, n, 10.0) for n in (3, 1, 9, 5)]
     vertices = np.cumsum([0] + [len(zone.masses) for zone in zones])

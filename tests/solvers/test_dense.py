@@ -27,7 +27,7 @@ def factored(matrix, n, n_pivots, smallest):
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_solves_to_the_rounding_of_the_method(rng, n):
+def test_solutions_are_within_the_backward_error_bound(rng, n):
     matrix, right = positive_definite(rng, n), rng.normal(size=n)
     factor, x = matrix.copy(), right.copy()
     factored(factor, n, n, 0.0)

@@ -140,7 +140,7 @@ def test_cg_takes_the_smaller_beta_and_none_below_zero(zone):
         np.testing.assert_allclose(arrays.direction, expected, rtol=1e-12)
 
 
-def test_what_is_no_descent_gives_way_to_the_gradient(zone):
+def test_an_uphill_direction_is_replaced_by_the_gradient(zone):
     """A pair that makes H negative, as rounding can."""
     arrays, _ = zone
     n = len(arrays.x)
@@ -167,7 +167,7 @@ def test_omega_is_the_sequence_of_the_papers():
     assert found[10:] == [tenth, eleventh, 4.0 / (4.0 - rho**2 * eleventh)]
 
 
-def test_acceleration_goes_on_from_two_points_before(rng, zone):
+def test_acceleration_extrapolates_from_the_point_before_the_last(rng, zone):
     arrays, _ = zone
     before, start = rng.normal(size=(2, len(arrays.x)))
     step = rng.normal(size=len(arrays.x))

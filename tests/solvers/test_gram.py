@@ -30,9 +30,9 @@ def check(problem):
     np.testing.assert_allclose(found, matrix @ matrix.T, rtol=0.0, atol=24 * 2.0**-52)
 
 
-def test_random_rows(rng):
+def test_products_of_random_constraints_are_those_of_dense_rows(rng):
     check(random_problem(rng, 40))
 
 
-def test_rows_with_pinned_vertices(rng):
+def test_products_with_pinned_vertices_are_those_of_dense_rows(rng):
     check(stack_zone(rng, 3, 5))

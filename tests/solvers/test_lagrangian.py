@@ -28,7 +28,7 @@ def setting(rng):
     return zone, arrays, rows, lambda x: value(zone, rows, kappa, MU, x, multipliers)
 
 
-def test_gradient_is_the_derivative(setting):
+def test_the_gradient_is_the_derivative_of_the_value(setting):
     _, arrays, _, value_at = setting
     found = evaluate(arrays, MU)
     x, h = arrays.x[:-3], 1e-6
@@ -41,7 +41,7 @@ def test_gradient_is_the_derivative(setting):
         assert abs(derivative - arrays.gradient[i]) < 1e-7
 
 
-def test_what_an_evaluation_measures(setting):
+def test_an_evaluation_measures_gap_objective_and_violation(setting):
     """Duality gap, objective and violation, against the dense formulas."""
     _, arrays, rows, _ = setting
     found = evaluate(arrays, MU)
@@ -56,7 +56,7 @@ def test_what_an_evaluation_measures(setting):
     assert found.largest_shift == pytest.approx(np.abs(shift).max())
 
 
-def test_change_along_a_line_is_the_difference(setting):
+def test_the_change_along_a_line_is_the_difference_of_values(setting):
     _, arrays, _, value_at = setting
     evaluate(arrays, MU)
     for p in (-arrays.gradient, np.sin(np.arange(len(arrays.x)))):
@@ -82,7 +82,7 @@ def test_a_change_below_the_rounding_of_values_keeps_its_digits(setting):
     assert slope == pytest.approx(-1e-20 * np.sum(arrays.gradient**2), rel=1e-12)
 
 
-def test_second_derivative_and_diagonal(setting):
+def test_second_derivative_and_diagonal_are_those_of_the_hessian(setting):
     _, arrays, rows, _ = setting
     evaluate(arrays, MU)
     active = rows[arrays.pushed > 0.0]
@@ -97,7 +97,7 @@ def test_second_derivative_and_diagonal(setting):
     assert along_line(arrays, MU, -1.0, curvature, 1e-9)[2] == pytest.approx(second)
 
 
-def test_constraints_are_taken_anew(setting):
+def test_constraints_are_recomputed_from_the_positions(setting):
     zone, arrays, rows, _ = setting
     arrays.constraints[:] = np.nan
     renew_constraints(arrays)
@@ -105,7 +105,7 @@ def test_constraints_are_taken_anew(setting):
     np.testing.assert_allclose(arrays.constraints, expected, atol=1e-16)
 
 
-def test_multipliers_are_clamped_as_eq_9_is_meant(rng):
+def test_multipliers_are_never_negative(rng):
     """Unclamped, a row that is satisfied would pull."""
     zone = random_problem(rng, 6)
     x = np.zeros(zone.proposed.shape)
@@ -120,7 +120,7 @@ def test_multipliers_are_clamped_as_eq_9_is_meant(rng):
         assert (found.multipliers == 0.0).any()
 
 
-def test_mu_has_no_meaning_without_the_scaling_of_the_objective():
+def test_the_effect_of_mu_depends_on_the_scale_of_the_objective():
     """The same zone, mu and steps; eq. 1 against the same objective times a hundred."""
     zone = problem(masses=[1.0] * 4)
     ends = []

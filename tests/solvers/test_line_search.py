@@ -78,7 +78,7 @@ def test_backtracking_takes_the_first_step_that_decreases_enough(rng, armijo):
 
 
 @pytest.mark.parametrize("search", [EXACT, BACKTRACKING, WOLFE])
-def test_uphill_there_is_no_step(rng, search):
+def test_an_uphill_direction_gets_no_step(rng, search):
     arrays, _, _, _ = line(rng)
     arrays.direction[:] = arrays.gradient
     slope, curvature, _ = prepare_line(arrays, MU)

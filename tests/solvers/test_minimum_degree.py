@@ -63,7 +63,7 @@ def test_trees_have_no_fill(rng):
     assert fill(entries, n, order_of(entries, n)) == n - 1
 
 
-def test_a_clique_with_leaves(rng):
+def test_a_clique_with_leaves_has_no_fill(rng):
     clique = np.column_stack(np.triu_indices(20, 1))
     leaves = np.column_stack((np.arange(20), 20 + np.arange(20)))
     entries = np.concatenate((clique, leaves))
@@ -71,7 +71,7 @@ def test_a_clique_with_leaves(rng):
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_nothing_to_join(n):
+def test_a_graph_without_edges_is_ordered(n):
     order_of(np.zeros((0, 2), np.int64), n)
 
 

@@ -48,7 +48,7 @@ def assert_same(zone, found, z):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.1, 0.3])
-def test_new_rows_are_taken_in(rng, share):
+def test_new_constraints_are_added_to_a_solution(rng, share):
     zone = large_zone(chain_zone(rng, 400))
     z, _ = solved(zone)
     found = pivot_from(zone, start_without(zone, rng.random(len(zone.rhs)) < share), GAP, VIOLATION)
@@ -56,7 +56,7 @@ def test_new_rows_are_taken_in(rng, share):
     assert_same(zone, found, z)
 
 
-def test_redundant_rows_are_no_hindrance(rng):
+def test_redundant_constraints_do_not_prevent_the_optimum(rng):
     zone = large_zone(stack_zone(rng, 6, 12))
     z, u = solved(zone)
     found = pivot_from(repeated(zone), np.concatenate((u, np.zeros(len(u)))), GAP, VIOLATION)
@@ -64,7 +64,7 @@ def test_redundant_rows_are_no_hindrance(rng):
     assert_same(repeated(zone), found, z)
 
 
-def test_a_far_start_ends_right_or_not_at_all(rng):
+def test_a_far_start_ends_at_the_optimum_or_gives_up(rng):
     zone = large_zone(chain_zone(rng, 400))
     z, _ = solved(zone)
     ended = 0
@@ -76,7 +76,7 @@ def test_a_far_start_ends_right_or_not_at_all(rng):
     assert ended > 0
 
 
-def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
+def test_a_pile_in_full_contact_ends_at_the_optimum_or_gives_up(rng):
     """Its layers hold each other in many ways: rows on the wrong side change places for long."""
     zone = large_zone(stack_zone(rng, 6, 12))
     z, _ = solved(zone)
@@ -91,7 +91,7 @@ def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
     assert given_up > 0
 
 
-def test_what_nothing_satisfies_is_given_up(rng):
+def test_an_infeasible_zone_is_given_up(rng):
     zone = large_zone(chain_zone(rng, 50))
     opposed = repeated(zone)._replace(normals=np.concatenate((zone.normals, -zone.normals)))
     _, u = solved(zone)

@@ -34,7 +34,7 @@ def test_one_impact_takes_the_closed_form():
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_nothing_to_do(method):
+def test_a_satisfied_constraint_moves_nothing(method):
     solution = izo_ref.solve_zone(problem(proposed=APART), method=method)
     np.testing.assert_array_equal(solution.positions, APART)
     assert solution.multipliers.tolist() == [0.0]
@@ -42,7 +42,7 @@ def test_nothing_to_do(method):
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e3, 1e6])
-def test_against_every_active_set(rng, method, mass_ratio):
+def test_solutions_are_the_best_over_all_active_sets(rng, method, mass_ratio):
     compared = 0
     for n in (2, 3, 4, 6, 8):
         for _ in range(4):
@@ -65,7 +65,7 @@ def test_against_every_active_set(rng, method, mass_ratio):
 @pytest.mark.parametrize("method", EXACT_METHODS)
 @pytest.mark.parametrize("n", [1, 4, 16, 64, 256])
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
-def test_random_zones_are_certified(rng, method, n, mass_ratio):
+def test_random_zones_are_solved_to_tolerance(rng, method, n, mass_ratio):
     zone = random_problem(rng, n, mass_ratio)
     solution = izo_ref.solve_zone(zone, method=method)
     assert solution.feasible
@@ -75,7 +75,7 @@ def test_random_zones_are_certified(rng, method, n, mass_ratio):
 
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
-def test_redundant_rows(rng, method):
+def test_redundant_constraints_do_not_change_the_solution(rng, method):
     """Duplicates, sums of others, and rows that only touch."""
     for _ in range(5):
         zone = random_problem(rng, 12)
@@ -96,12 +96,12 @@ def test_redundant_rows(rng, method):
 
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
-def test_what_nothing_satisfies_is_said_to_be_infeasible(method):
+def test_an_infeasible_zone_is_reported_infeasible(method):
     assert not izo_ref.solve_zone(opposed(0.1), method=method).feasible
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_a_row_without_unknowns(method):
+def test_a_constraint_without_unknowns_only_decides_feasibility(method):
     """Its vertices are pinned: satisfied or not, nothing can be done about it."""
     pinned = problem(
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
@@ -126,7 +126,7 @@ def test_a_row_without_unknowns(method):
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_units_do_not_matter(rng, method, scale):
+def test_scaled_units_give_the_scaled_solution(rng, method, scale):
     zone = random_problem(rng, 16)
     scaled = izo_ref.ZoneProblem(
         zone.nodes,
@@ -142,7 +142,7 @@ def test_units_do_not_matter(rng, method, scale):
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_momentum_of_a_zone_without_pinned_vertices(rng, method):
+def test_a_zone_without_pinned_vertices_keeps_its_momentum(rng, method):
     for n in (1, 8, 100):
         zone = random_problem(rng, n)
         solution = izo_ref.solve_zone(zone, method=method)
@@ -151,7 +151,7 @@ def test_momentum_of_a_zone_without_pinned_vertices(rng, method):
         assert np.abs(forces.sum(axis=0)).max() <= 1e-15 * len(zone.masses)
 
 
-def test_gradient_converges_to_the_same_answer(rng):
+def test_gradient_descent_converges_to_the_exact_optimum(rng):
     for n in (2, 16, 64):
         zone = random_problem(rng, n)
         exact = izo_ref.solve_zone(zone)
@@ -163,7 +163,7 @@ def test_gradient_converges_to_the_same_answer(rng):
 
 @pytest.mark.parametrize("method", ["auto", "interior-point"])
 @pytest.mark.parametrize("angle", [1e-5, 4e-7])
-def test_a_wedge_is_infeasible_rather_than_flung_away(method, angle):
+def test_a_narrow_wedge_is_reported_infeasible(method, angle):
     """Two rows nearly opposed: they meet five kilometres off, or two hundred metres."""
     zone = izo_ref.ZoneProblem(
         [[0, 1, 2, 3], [0, 1, 2, 3]],
@@ -176,7 +176,7 @@ def test_a_wedge_is_infeasible_rather_than_flung_away(method, angle):
     assert not izo_ref.solve_zone(zone, method=method).feasible
 
 
-def test_gradient_goes_on_where_a_step_ends_at_the_minimum(rng):
+def test_gradient_descent_continues_after_a_step_to_the_minimum(rng):
     for _ in range(20):
         corners = rng.dirichlet([1.0, 1.0, 1.0])
         zone = problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
@@ -185,14 +185,14 @@ def test_gradient_goes_on_where_a_step_ends_at_the_minimum(rng):
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_no_impacts(method):
+def test_a_zone_without_impacts_moves_nothing(method):
     zone = problem(nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3)))
     solution = izo_ref.solve_zone(zone, method=method)
     np.testing.assert_array_equal(solution.positions, zone.proposed)
     assert solution.residuals.solved(1e-9, 1e-9)
 
 
-def test_options_are_checked():
+def test_bad_options_are_refused():
     with pytest.raises(errors.OptionError, match="newtonish"):
         izo_ref.solve_zone(problem(), method="newtonish")
     with pytest.raises(errors.OptionError, match="line_search"):
@@ -204,7 +204,7 @@ def test_options_are_checked():
 @pytest.mark.parametrize(
     "name", [name for name, facts in stored.index().items() if "zone_of_all_impacts" in facts]
 )
-def test_zones_of_all_impacts_of_a_scene(name):
+def test_a_zone_of_all_impacts_has_the_recorded_optimum(name):
     """Many redundant constraints; the optimum is that of two other solvers."""
     facts, zone = stored.index()[name]["zone_of_all_impacts"], zone_of_all_impacts(name)
     assert len(zone.nodes) == facts["impacts"]
@@ -217,7 +217,7 @@ def test_zones_of_all_impacts_of_a_scene(name):
 
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["first", "last"])
-def test_large_real_zones_with_redundant_rows(name):
+def test_large_recorded_zones_have_the_recorded_optimum(name):
     """23,958 and 43,036 impacts; optimum of sum m |dx|^2 recorded from another solver."""
     zone = load_zone(f"zone-armadillo-{name}")
     solution = izo_ref.solve_zone(zone)

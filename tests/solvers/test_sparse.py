@@ -27,7 +27,7 @@ def random_matrix(rng, n, size, density=3):
 
 @pytest.mark.parametrize("size", [1, 3])
 @pytest.mark.parametrize("n", [1, 2, 7, 40, 150])
-def test_solves(rng, n, size):
+def test_solutions_are_within_the_backward_error_bound(rng, n, size):
     entries, values, matrix = random_matrix(rng, n, size)
     factors = SparseCholesky(entries, n, size)
     for scale in (1.0, 10.0):  # the same pattern with other values
@@ -40,7 +40,7 @@ def test_solves(rng, n, size):
         assert residual <= (3 * n * size + 1) * n * size * 2.0**-53 * norm * np.linalg.norm(x)
 
 
-def test_threads_do_not_matter(rng):
+def test_one_thread_and_two_give_the_same_bits(rng):
     """A matrix of so much work that it goes to all threads, by one and by two: the same bits."""
     entries, values, _ = random_matrix(rng, 400, 3, density=2)
     right = rng.normal(size=1200)
@@ -55,7 +55,7 @@ def test_threads_do_not_matter(rng):
     np.testing.assert_array_equal(*found)
 
 
-def test_parts_that_are_not_connected(rng):
+def test_disconnected_components_are_solved_independently(rng):
     entries, values, _ = random_matrix(rng, 30, 3)
     other = np.concatenate((entries, entries + 30, [[60, 60]]))
     both = np.concatenate((values, 2.0 * values, [np.eye(3)]))
@@ -82,7 +82,7 @@ def test_a_grid_is_factored_in_few_operations():
     assert factors.flops < 15 * k**3
 
 
-def test_structure_against_elimination_by_hand(rng):
+def test_the_structure_of_the_factor_is_that_of_elimination_on_sets(rng):
     """The tree, and the rows of each column, by playing the elimination on sets."""
     for n in (1, 5, 30):
         entries, _, matrix = random_matrix(rng, n, 1, density=2)

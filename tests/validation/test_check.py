@@ -35,7 +35,7 @@ def test_our_own_result_passes(rng):
 
 
 @needs_ipctk
-def test_the_proposal_itself_fails_everywhere():
+def test_the_proposed_positions_fail_by_every_judge():
     scene = vertex_over_face()
     verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
     assert failed(verdict) == {CERTIFICATE, OTHERS, "python-fcl", "ipctk"}
@@ -86,7 +86,7 @@ def test_zones_that_are_not_optimal_are_found(rng):
     assert failed(check(scene, nothing)) == {"izo_ref.residuals"}
 
 
-def test_others_are_judged_by_what_they_give(rng):
+def test_other_results_are_compared_by_objective_if_they_are_free(rng):
     scene = two_sheets(rng)
     result = izo_ref.resolve(scene, 1e-3)
     verdict = check(scene, positions_only(result.positions), 1e-3)
@@ -100,7 +100,7 @@ def test_others_are_judged_by_what_they_give(rng):
 
 
 @needs_ipctk
-def test_pairs_that_cross_from_the_start_are_not_held_against_a_result():
+def test_pairs_that_intersect_at_the_start_do_not_fail_a_result():
     scene = vertex_over_face()
     start = scene.positions_t0.copy()
     start[3, 2] = -0.5
@@ -111,7 +111,7 @@ def test_pairs_that_cross_from_the_start_are_not_held_against_a_result():
     assert any("left out" in fact.answer for fact in verdict.facts)
 
 
-def test_a_judge_that_cannot_be_asked_is_said_not_to_have_been(monkeypatch):
+def test_a_judge_that_is_not_usable_is_reported_as_not_asked(monkeypatch):
     monkeypatch.setattr(ipc, "unusable", lambda: "no such instruction")
     scene = vertex_over_face()
     verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
@@ -158,7 +158,7 @@ def test_a_result_file_with_its_zones_is_judged_by_them(tmp_path, capsys):
     assert "1 zones, 0 not to tolerance" in capsys.readouterr().out
 
 
-def test_bad_input_is_said_and_nothing_is_written(tmp_path, capsys):
+def test_bad_input_is_refused_and_nothing_is_written(tmp_path, capsys):
     scene = vertex_over_face()
     save_scene(tmp_path / "step.npz", scene)
     save_result(tmp_path / "short.npz", positions_only(scene.positions_t0[:4]))

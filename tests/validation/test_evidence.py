@@ -25,7 +25,7 @@ def test_cells_keep_the_digits_that_matter():
 
 
 @pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
-def test_check_finds_what_is_left_in_wrong_results():
+def test_the_check_rejects_wrong_results():
     """The proposal, a vertex pushed through by a nanometre, and layers that swapped."""
     rows = wrong_rows()
     assert len(rows) == 3

@@ -45,7 +45,7 @@ def test_no_contact_is_cut_off(first_cap):
 
 
 @pytest.mark.parametrize("tilted", [False, True])
-def test_mesh_against_itself_is_no_crossing(rng, tilted):
+def test_neighbouring_faces_of_a_sheet_do_not_cross(rng, tilted):
     """A flat sheet is the hard one: all its neighbours are coplanar."""
     positions, faces = grid(20)
     if tilted:
@@ -82,7 +82,7 @@ def test_each_pair_comes_once():
         "face in line, upright": ([[0, 0, 1], [0, 0, 2]], False),
     }.values(),
 )
-def test_faces_with_a_common_vertex(edge, expected):
+def test_faces_with_a_common_vertex_cross_as_worked_out_by_hand(edge, expected):
     assert crosses(edge, OVER_VERTEX) == expected
 
 
@@ -96,12 +96,12 @@ def test_faces_with_a_common_vertex(edge, expected):
         "without area": ([0.5, 0, 0], False),
     }.values(),
 )
-def test_faces_with_a_common_edge(tip, expected):
+def test_faces_with_a_common_edge_cross_as_worked_out_by_hand(tip, expected):
     assert crosses([tip], OVER_EDGE) == expected
 
 
 @pytest.mark.parametrize("tip", [[0.25, 0.25, 0], [0.25, 0.25, -1]])
-def test_faces_without_a_common_vertex(tip):
+def test_faces_without_a_common_vertex_cross(tip):
     assert crosses([tip, [0.2, 0.2, 1], [0.3, 0.3, 1]], APART)
 
 
@@ -123,7 +123,7 @@ def test_face_with_a_vertex_twice_is_refused():
 
 
 @pytest.mark.parametrize("faces", [np.empty((0, 3), int), [[0, 1, 2]]])
-def test_too_few_faces_to_cross(faces):
+def test_fewer_than_two_faces_have_no_crossing(faces):
     assert crossing_faces(np.array(FACE, float), faces).shape == (0, 2)
 
 

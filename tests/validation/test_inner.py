@@ -67,7 +67,7 @@ def test_a_pinch_has_opposed_rows_on_each_vertex(rng):
         np.testing.assert_array_equal(lower, -upper)
 
 
-def test_fresh_rows_only(rng):
+def test_a_zone_of_fresh_constraints_has_no_duplicates(rng):
     problem = random_zone(rng, 50, fresh_only=True)
     assert len(np.unique(problem.nodes, axis=0)) == 50
 
@@ -93,7 +93,7 @@ def test_libraries_solve_a_tiny_zone(tiny, name):
 
 
 @pytest.mark.parametrize("method", own.DUAL)
-def test_ours_solve_tiny_zones_side_by_side(tiny, method):
+def test_our_methods_solve_tiny_zones_side_by_side(tiny, method):
     problem, truth = tiny
     problems = [random_zone(np.random.default_rng(8), 3), problem]
     call, read_result = own.prepare(problems, own.Setting(method).options(1e-9))
@@ -104,7 +104,7 @@ def test_ours_solve_tiny_zones_side_by_side(tiny, method):
     assert judged.solved(1e-9, 1e-9)
 
 
-def test_a_truth_tells_an_error(tiny):
+def test_the_truth_measures_errors(tiny):
     problem, truth = tiny
     assert truth.says == "exact"
     best = solve_zone(problem, tolerance=1e-12).displacements
@@ -196,7 +196,7 @@ def _row(cell, family, *past):
     return inner.cell_row(cell, inner.Bench(family), inner.QUICK, _past(*past), set())
 
 
-def test_what_took_too_long_is_left_out_at_larger_sizes():
+def test_a_solver_that_took_too_long_is_left_out_at_larger_sizes():
     cell = Cell("b", "PIQP", tolerance=1e-6)
     slow = Cell("a", "PIQP", tolerance=1e-6)._asdict() | {
         "series": "tiny", "size": 2, "call_s": 60.0, "outcome": "not converged"

@@ -67,7 +67,7 @@ def test_the_default_is_compared_with_what_reached_the_tolerance(folder):
     assert row["on_front"], "11 % slower than the fastest"
 
 
-def test_a_default_that_is_too_slow_is_said_to_be(folder):
+def test_a_default_that_is_too_slow_misses_its_target(folder):
     rows = Rows(folder, "inner", Cell._fields)
     slow = Cell("random-64", "auto", mode="batch")
     rows.add(**slow._asdict() | BASE | {"seconds": 3e-4})  # the last row of a key counts
@@ -88,7 +88,7 @@ def test_a_default_that_misses_the_tolerance_is_not_on_the_front(folder):
     assert row["on_front"] is False
 
 
-def test_cells_say_what_became_of_them(folder):
+def test_cells_show_their_outcome(folder):
     cells = cells_table.outcomes(Measured(folder))
     assert len(cells) == 18
     said = {key[1:]: cells_table.cell_outcome(rows) for key, rows in cells.items()}
@@ -100,7 +100,7 @@ def test_cells_say_what_became_of_them(folder):
     assert counted["reached"] == {1e-3: 1, 1e-6: 0, 1e-9: 0}
 
 
-def test_the_page_of_zones(folder, tmp_path):
+def test_the_page_of_zones_shows_rows_and_missing_cells(folder, tmp_path):
     path = inner.page(folder, tmp_path / "pages")
     text = path.read_text()
     assert text.count("<svg") == 6
@@ -121,7 +121,7 @@ def test_pages_without_rows_say_so(tmp_path):
         assert module.headlines(tmp_path / "none") == []
 
 
-def test_the_page_of_convergence(tmp_path):
+def test_the_page_of_convergence_shows_curves_and_failures(tmp_path):
     rows = Rows(tmp_path, "convergence", KEYS)
     for method, steps in (("newton", 3), ("gradient", 40)):
         for step in (steps, 1, 0):
@@ -155,7 +155,7 @@ def _family(name, size):
     return family
 
 
-def test_targets_and_units():
+def test_targets_and_durations_are_formatted():
     assert target(_family("random-256", 256)) == (0.5, None)
     assert target(_family("random-4096", 4096)) is None
     assert target(_family("armadillo-last", 43036)) == (0.5, "PIQP")

@@ -46,7 +46,7 @@ def test_layers_that_swap_are_found_on_the_path():
     assert len(pairs_of(nodes, is_edge_edge)) == len(nodes)
 
 
-def test_step_that_is_free_has_no_hits():
+def test_a_step_without_contact_has_no_hits():
     start, end, edges, faces = layers()
     end[:, 2] = 0.9 * start[:, 2]
     nodes, is_edge_edge, toi, complete = path_hits(start, end, edges, faces)
@@ -66,7 +66,7 @@ def test_agrees_with_izo_ref_on_two_sheets(rng, monkeypatch, chunk):
     np.testing.assert_allclose(np.sort(toi), np.sort(impacts.toi), atol=1e-6)
 
 
-def test_answer_that_is_free_has_no_hits(rng):
+def test_a_resolved_path_has_no_hits(rng):
     scene = two_sheets(rng)
     end = izo_ref.resolve(scene).positions
     assert len(path_hits(scene.positions_t0, end, scene.edges, scene.faces)[0]) == 0
@@ -96,7 +96,7 @@ def test_settings_raise_no_alarm_for_a_near_miss(rng):
         assert not ipctk.is_step_collision_free(mesh, start, end)
 
 
-def test_search_that_ends_early_says_so():
+def test_a_search_that_ends_early_reports_it():
     start, end, edges, faces = layers()
     everything = path_hits(start, end, edges, faces)
     n = len(everything[0])
@@ -114,7 +114,7 @@ def test_touching_at_rest_is_an_intersection():
     assert has_intersections(positions, edges_of(faces), faces)
 
 
-def test_mesh_without_faces():
+def test_a_mesh_without_faces_has_no_hits():
     positions, none = np.zeros((3, 3)), np.empty((0, 2), int)
     assert not has_intersections(positions, none, np.empty((0, 3), int))
     assert len(path_hits(positions, positions + 1, none, np.empty((0, 3), int))[0]) == 0

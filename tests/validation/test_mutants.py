@@ -10,7 +10,7 @@ from validation.mutants.faults import FAULTS
 from validation.mutants.run import ROOT, run_mutants
 
 
-def test_there_are_enough_of_all_stages_and_each_has_a_name_of_its_own():
+def test_the_list_covers_many_files_and_its_names_are_unique():
     assert len(FAULTS) >= 25
     assert len({fault.name for fault in FAULTS}) == len(FAULTS)
     assert len({fault.file for fault in FAULTS}) >= 15

@@ -27,7 +27,7 @@ def all_meetings(start, end, faces):
 
 
 @pytest.mark.parametrize("kind", ["small integers", "far from the origin", "any"])
-def test_no_pair_is_lost_by_leaving_out_what_a_direction_separates(rng, kind):
+def test_the_filter_by_separating_directions_loses_no_pair(rng, kind):
     met = left_out = 0
     for _ in range(8):
         triples = np.array(list(combinations(range(N_VERTICES), 3)))

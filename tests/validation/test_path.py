@@ -258,7 +258,7 @@ def small_pairs(rng, count):
         yield bool(rng.integers(2)), start, end
 
 
-def test_the_answer_keeps_under_what_keeps_the_question(rng):
+def test_equivalent_pairs_get_the_same_answer(rng):
     answers = set()
     for is_edge_edge, start, end in small_pairs(rng, 300):
         expected = meets(is_edge_edge, start, end)
@@ -324,7 +324,7 @@ def test_brackets_hold_the_roots_that_another_method_finds(rng):
 @pytest.mark.parametrize(
     "wrong", [np.zeros((3, 3)), np.full((4, 3), np.nan), np.full((4, 3), np.inf)]
 )
-def test_what_is_no_pair_is_refused(wrong):
+def test_malformed_pairs_are_refused(wrong):
     with pytest.raises(ValueError, match=r"finite and of shape \(4, 3\)"):
         meets(True, wrong, wrong)
 

@@ -76,7 +76,7 @@ def test_every_page_is_written_and_none_is_broken(report):
         assert link == "data:," or (report / link).is_file(), link
 
 
-def test_the_start_page_tells_five_figures_and_what_is_missing(report):
+def test_the_start_page_shows_five_figures_and_what_is_missing(report):
     text = check_page(report / "index.html").text
     assert (report / "index.html").read_text().count('class="value"') == 5
     assert text.count("Not measured yet.") == 2  # of the two pages without rows here
@@ -176,7 +176,7 @@ def crossing_scene():
     return Scene(points, points, [[0, 1, 2], [3, 4, 5]])
 
 
-def test_of_a_long_step_only_selections_are_compared(tmp_path, monkeypatch):
+def test_a_long_step_is_compared_over_selections_only(tmp_path, monkeypatch):
     rows = Rows(tmp_path, "outer", outer.KEYS)
     monkeypatch.setattr(outer, "_scene", lambda name: crossing_free)
     monkeypatch.setattr(
@@ -213,7 +213,7 @@ def test_a_process_that_dies_or_hangs_leaves_failures(family, limit, message, mo
     assert {row["message"] for row in rows} == {message}
 
 
-def test_what_a_run_said_is_kept_with_how_long_it_took(tmp_path, monkeypatch):
+def test_the_log_keeps_messages_and_durations(tmp_path, monkeypatch):
     monkeypatch.setattr(scaling, "run", lambda folder, quick, say: say("a size is measured"))
     lines = []
     for _ in range(2):
@@ -224,7 +224,7 @@ def test_what_a_run_said_is_kept_with_how_long_it_took(tmp_path, monkeypatch):
     assert re.fullmatch(r"scaling: done in \d+ s", kept[2])
 
 
-def test_the_peak_of_memory_is_seen():
+def test_the_peak_of_memory_is_measured():
     """In a process of its own: the peak of this one may be far above by now."""
     code = (
         "from validation.study.growth import peak_mib; before = peak_mib();"

@@ -75,7 +75,7 @@ def test_a_page_is_well_formed_and_needs_no_other_file(page):
         '<p id="same"></p><p id="same"></p>',
     ],
 )
-def test_the_check_finds_what_is_wrong(tmp_path, wrong):
+def test_the_page_check_finds_each_defect(tmp_path, wrong):
     write(tmp_path / "scaling.html", wrong)
     with pytest.raises(AssertionError):
         check_page(tmp_path / "scaling.html")
@@ -86,7 +86,7 @@ def test_equal_rows_give_equal_pages(page, tmp_path):
     assert (tmp_path / "again" / "scaling.html").read_bytes() == page.read_bytes()
 
 
-def test_a_run_that_is_not_known_is_not_made_up(tmp_path):
+def test_an_unknown_run_is_called_unknown(tmp_path):
     sections = [("Plot", site.figure(drawing(), "Time", [1, 7]))]
     site.write_page(tmp_path / "outer.html", "T", "I", sections, [], [RUN])
     assert "Run 7: unknown" in (tmp_path / "outer.html").read_text()
@@ -102,7 +102,7 @@ def test_plots_have_real_text_and_ids_of_their_own():
     assert not ids[0] & ids[1]
 
 
-def test_lines_are_told_apart_in_grey():
+def test_lines_differ_in_greyscale():
     """By marker and dashes; and the colors of neighbours differ in lightness."""
     grey = {(plots.style(i)["marker"], str(plots.style(i)["linestyle"])) for i in range(60)}
     assert len(grey) == 60
@@ -161,7 +161,7 @@ def test_a_page_fits_a_phone(page, tmp_path):
 
 
 @needs_browser
-def test_the_browser_tells_what_goes_wrong(tmp_path):
+def test_the_browser_reports_overflow_and_script_errors(tmp_path):
     """The two tests before this can fail."""
     write(
         tmp_path / "outer.html",

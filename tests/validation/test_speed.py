@@ -30,7 +30,7 @@ def test_a_page_without_rows_says_what_is_missing(tmp_path):
     assert page(tmp_path).count("Not measured yet.") == 7
 
 
-def test_ratios_are_compared_with_what_is_wanted(tmp_path):
+def test_ratios_are_compared_with_their_targets(tmp_path):
     rows = Rows(tmp_path / "rows", "detection", ("step", "what", "threads"))
     for what, count, seconds in ((LBVH, 2, 0.5), (BOTH, 2, 4.0), (OWN, 2, 0.625), (OWN, 1, 1.25)):
         rows.add(step="a", what=what, threads=count, median_s=seconds, found=7, **SPREAD)
@@ -105,7 +105,7 @@ def test_each_rule_has_its_column(tmp_path):
         assert len(line(text, "step", name)) == 3
 
 
-def test_the_exponent_is_that_of_the_times(tmp_path):
+def test_the_exponent_is_fitted_to_the_times(tmp_path):
     rows = Rows(tmp_path / "rows", "scale", ("size", "threads"))
     for size in (1000, 10_000, 100_000):
         rows.add(

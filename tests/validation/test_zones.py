@@ -18,7 +18,7 @@ from validation.study.nonlinear import nonlinear_rows
 from validation.study.zones import MASS_RATIOS, SIZES, random_zone_rows, scaling_rows
 
 
-def test_the_exact_oracle_by_hand():
+def test_the_exact_oracle_solves_one_impact_exactly():
     """K = 1/1 + 1/2 * 1/4 + 1/4 * 1/16 * 2, r = 3/2: all of them rationals."""
     problem = izo_ref.ZoneProblem(
         [[0, 1, 2, 3]],
@@ -40,7 +40,7 @@ def test_the_exact_oracle_by_hand():
     assert zone.distance(optimum.moves, zone.still) == pytest.approx(1.5 / math.sqrt(37 / 32))
 
 
-def test_the_exact_oracle_says_yes_to_the_optimum_alone(rng):
+def test_the_exact_oracle_accepts_the_optimum_alone(rng):
     """Every other set of active rows gets a no."""
     for _ in range(20):
         zone = ExactZone(random_zone(rng, 5, 1e6))
@@ -68,7 +68,7 @@ def test_the_exact_oracle_does_not_depend_on_where_it_begins(rng):
             assert zone.solve(guess).moves == expected
 
 
-def test_the_exact_oracle_against_every_active_set_in_floats(rng):
+def test_the_exact_oracle_agrees_with_a_search_of_all_active_sets(rng):
     for _ in range(15):
         problem = random_problem(rng, 5, 10.0)
         rows = dense_rows(problem.nodes, problem.weights, problem.normals, len(problem.proposed))
@@ -81,7 +81,7 @@ def test_the_exact_oracle_against_every_active_set_in_floats(rng):
             np.testing.assert_allclose(problem.proposed + moves, expected, atol=1e-12)
 
 
-def test_zones_without_a_point_are_found_to_have_none(rng):
+def test_infeasible_zones_are_reported_infeasible(rng):
     problem = random_zone(rng, 2)
     both = [np.repeat(part[:1], 2, axis=0) for part in (problem.nodes, problem.weights)]
     normals = np.array([problem.normals[0], -problem.normals[0]])
@@ -91,7 +91,7 @@ def test_zones_without_a_point_are_found_to_have_none(rng):
     assert not qp.solve(opposed, "clarabel").claims
 
 
-def test_random_zones_are_feasible_and_hold_what_they_promise(rng):
+def test_random_zones_are_feasible_and_contain_every_promised_kind(rng):
     kinds = {"duplicate": 0, "nearly parallel": 0, "opposed": 0}
     for _ in range(20):
         problem = random_zone(rng, 32, 1e12)
@@ -141,7 +141,7 @@ def test_ours_is_the_exact_optimum_to_1e_12_at_every_mass_ratio(random_rows):
         assert row["error_of_positions"] <= 2.0 * row["least_of_positions"] + 1e-12
 
 
-def test_dense_oracles_agree_with_it(random_rows):
+def test_dense_oracles_agree_with_the_exact_optimum(random_rows):
     """To the conditions of these zones: they work on C, whose rows are nearly parallel."""
     for row in random_rows:
         assert row["error"]["NNLS"] <= 1e-10, row
@@ -149,7 +149,7 @@ def test_dense_oracles_agree_with_it(random_rows):
 
 
 @pytest.mark.parametrize("solver", list(qp.SETTINGS))
-def test_solvers_of_others_are_asked_the_same_question(rng, solver):
+def test_other_solvers_are_given_the_same_problem(rng, solver):
     """On well-conditioned zones each is right where it says so, with its multipliers."""
     right = 0
     for _ in range(5):
@@ -165,14 +165,14 @@ def test_solvers_of_others_are_asked_the_same_question(rng, solver):
     assert right >= 2
 
 
-def test_what_a_solver_raises_is_its_answer(rng):
+def test_an_error_of_a_solver_becomes_its_answer(rng):
     answer = qp.solve(random_zone(rng, 4), "proxqp", no_such_setting=1)
     assert not answer.claims
     assert np.isnan(answer.displacements).all()
     assert "TypeError" in answer.message
 
 
-def test_raw_slsqp_says_success_and_is_wrong_where_scaled_is_right():
+def test_raw_slsqp_claims_success_and_is_wrong_where_scaled_is_right():
     rows = scaling_rows()
     assert all(row["claims"] for row in rows)
     raw = [row for row in rows if row["form"] != "scaled"]
@@ -181,7 +181,7 @@ def test_raw_slsqp_says_success_and_is_wrong_where_scaled_is_right():
     assert all(row["error"] <= 1e-12 for row in rows if row["form"] == "scaled")
 
 
-def test_raw_slsqp_is_asked_the_same_question(rng):
+def test_raw_slsqp_is_given_the_same_problem(rng):
     """Equal masses of a size near 1: then it is right as well."""
     problem = random_zone(rng, 3)
     zone = ExactZone(problem)

@@ -24,12 +24,12 @@ from tests.naive.qp import dense_rows
         ({"thickness": math.inf}, errors.ThicknessError, "inf"),
     ],
 )
-def test_bad_input(changes, error, word):
+def test_bad_input_is_refused_and_named(changes, error, word):
     with pytest.raises(error, match=word):
         problem(**changes)
 
 
-def test_residuals_by_hand():
+def test_residuals_are_those_worked_out_by_hand():
     """One impact: r = d - gap = 1.5, K = sum a^2 / m = 1 + 1/4 + 1/32 + 1/64."""
     one = problem()
     k = 1.0 + 0.25 + 0.0625 / 2 + 0.0625 / 4
@@ -73,7 +73,7 @@ def test_the_gap_is_primal_less_dual(rng):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_undefined_is_infinite(bad):
+def test_positions_that_are_not_finite_have_infinite_residuals(bad):
     x = np.array(ONE["proposed"])
     x[0, 0] = bad
     found = izo_ref.residuals(problem(), x, np.zeros(1))
@@ -87,3 +87,22 @@ def test_pinned_vertices_are_no_unknowns():
     x[0, 2] = 0.5
     found = izo_ref.residuals(one, x, np.array([1.5]))
     assert max(found[:6]) < 1e-14
+
+
+def test_a_violation_does_not_hide_a_gap():
+    """Two rows with equal multipliers, one violated and one open by 1/2: the products cancel."""
+    zone = izo_ref.ZoneProblem(
+        [[0, 1, 2, 3], [4, 1, 2, 3]],
+        [[1.0, -0.5, -0.25, -0.25]] * 2,
+        [[0.0, 0.0, 1.0]] * 2,
+        [[0, 0, 0.0], [0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.0]],
+        [1.0, np.inf, np.inf, np.inf, 1.0],
+        1.0,
+    )
+    positions = zone.proposed.copy()
+    positions[[0, 4], 2] = 0.5, 1.5
+    found = izo_ref.residuals(zone, positions, np.array([1.0, 1.0]))
+    primal = 0.5 * (0.5**2 + 1.5**2)
+    assert found.complementarity == pytest.approx((0.5 + 0.5) / primal)
+    # moved 1/2 and 3/2 where the multipliers pull 1 each: 1/2 (1/4 + 1/4) more
+    assert found.gap == pytest.approx((0.25 + 0.5 + 0.5) / primal)

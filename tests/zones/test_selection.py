@@ -13,7 +13,7 @@ def random_impacts(rng, n, k):
 
 
 @pytest.mark.parametrize("n", [0, 1, 5, 40])
-def test_selections_are_the_obvious_ones(rng, n):
+def test_selections_are_those_of_the_literal_definitions(rng, n):
     for _ in range(20):
         impacts = random_impacts(rng, n, 12)
         pinned = rng.random(12) < 0.3

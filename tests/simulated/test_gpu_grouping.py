@@ -40,7 +40,7 @@ def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
 
 
 @pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])
-def test_zones_are_those_of_the_processor(rng, n, n_vertices):
+def test_zones_are_those_of_the_cpu(rng, n, n_vertices):
     impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.3
     impacts.nodes[0] = np.flatnonzero(~pinned)[:4]
     found = build_zones(of_device(impacts), to_gpu(pinned))

@@ -20,7 +20,7 @@ def arguments(scene, send=cuda.to_device):
     return [send(column) for column in columns]
 
 
-def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
+def test_a_scene_from_gpu_arrays_ends_as_one_from_the_cpu(rng):
     scene = two_sheets(rng, 3, pinned_below=True)
     own = izo_ref.Scene(*arguments(scene))
     for name in ("positions_t0", "positions_t1", "faces", "masses", "pinned"):
@@ -35,7 +35,7 @@ def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
     assert certificate.free
 
 
-def test_positions_are_read_where_they_are(rng, monkeypatch):
+def test_positions_on_the_gpu_are_not_sent_again(rng, monkeypatch):
     scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
     sent, send = [], arrays.to_gpu
     modules = "base.gpu_arrays", "loop.gpu_step", "detection.gpu_detector"
@@ -47,7 +47,7 @@ def test_positions_are_read_where_they_are(rng, monkeypatch):
     assert (len(scene.masses), 3) not in sent
 
 
-def test_single_precision_comes_in_as_it_is(rng):
+def test_float32_positions_are_accepted(rng):
     scene = two_sheets(rng, 3)
     positions = [array.astype(np.float32) for array in (scene.positions_t0, scene.positions_t1)]
     own = izo_ref.Scene(*map(cuda.to_device, positions), scene.faces)
@@ -55,14 +55,14 @@ def test_single_precision_comes_in_as_it_is(rng):
     assert np.array_equal(izo_ref.resolve(own, 1e-3, "cuda").positions, expected.positions)
 
 
-def test_what_was_scaled_back_goes_out_too(rng):
+def test_scaled_back_positions_are_returned_on_the_gpu_too(rng):
     scene, options = two_sheets(rng, 2), izo_ref.Options(max_iterations=1)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert found.scaled_back
     assert np.array_equal(found.positions_on_gpu.copy_to_host(), found.positions)
 
 
-def test_bad_arrays_of_a_device_are_named(rng):
+def test_bad_gpu_arrays_are_named(rng):
     scene = two_sheets(rng, 2)
     start, _, *others = arguments(scene)
     bad = scene.positions_t1.copy()
@@ -86,7 +86,7 @@ class OfDlpack:
         return self._device
 
 
-def test_what_has_dlpack_alone_is_described():
+def test_an_array_with_dlpack_alone_is_described():
     values = np.arange(12.0, dtype=np.float32).reshape(4, 3)[::2]
     found = Described(OfDlpack(values, (1, 0)), -1).__cuda_array_interface__
     same = np.array(values, copy=False).__array_interface__
@@ -98,7 +98,7 @@ def test_what_has_dlpack_alone_is_described():
     ("stream", "has_dlpack", "by_dlpack"),
     [(None, True, True), (1, True, False), (None, False, False), (1, False, False)],
 )
-def test_what_is_still_written_is_waited_for(monkeypatch, stream, has_dlpack, by_dlpack):
+def test_arrays_still_being_written_are_waited_for(monkeypatch, stream, has_dlpack, by_dlpack):
     """By the stream that an array names, or by DLPack; where it has neither, nobody can."""
     array = SimpleNamespace(__cuda_array_interface__={"version": 3, "stream": stream})
     if has_dlpack:
@@ -128,7 +128,7 @@ class OfTorch:
 
 
 @pytest.mark.parametrize("send", [np.asarray, cuda.to_device])
-def test_tensors_that_are_differentiated(rng, send):
+def test_tensors_that_require_gradients_are_detached(rng, send):
     scene = two_sheets(rng, 2)
     start, end = (OfTorch(send(a)) for a in (scene.positions_t0, scene.positions_t1))
     own = izo_ref.Scene(start, end, scene.faces)
@@ -162,7 +162,7 @@ def test_arrays_that_cannot_be_copied_are_named(rng):
         izo_ref.Scene(scene.positions_t0, Backwards(), scene.faces)
 
 
-def test_arrays_of_a_gpu_are_known():
+def test_arrays_of_a_gpu_are_recognised():
     values = np.zeros(3)
     assert not is_on_gpu(values)
     assert not is_on_gpu([1.0])

@@ -29,14 +29,14 @@ def small_blocks(monkeypatch):
 
 
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 1])
-def test_sums_before_each(rng, n):
+def test_offsets_are_the_sums_before_each_entry(rng, n):
     values = rng.integers(0, 9, n)
     starts = arrays.to_cpu(arrays.offsets_of(arrays.to_gpu(values)))
     assert np.array_equal(starts, np.concatenate(([0], np.cumsum(values))))
 
 
 @pytest.mark.parametrize("n", [0, *SIZES])
-def test_where_flags_are_true(rng, n):
+def test_flatnonzero_finds_the_true_flags(rng, n):
     flags = rng.random(n) < 0.3
     index = arrays.to_cpu(arrays.flatnonzero(arrays.to_gpu(flags)))
     assert np.array_equal(index, np.flatnonzero(flags))
@@ -49,7 +49,7 @@ def test_orders_are_stable(rng, n):
     assert np.array_equal(order, np.argsort(keys, kind="stable"))
 
 
-def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
+def test_long_arrays_are_sorted_by_cupy_if_it_is_installed(rng, monkeypatch):
     asked = []
 
     def argsort(keys):
@@ -69,7 +69,7 @@ def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
 
 
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 2])
-def test_columns_are_reduced(rng, n):
+def test_columns_are_reduced_to_sum_largest_and_least(rng, n):
     for values in (rng.normal(size=(n, 3)), rng.integers(-9, 9, (n, 3))):
         own = arrays.to_gpu(values)
         assert arrays.reduce(own, LARGEST, 1) == values[:, 1].max()
@@ -79,7 +79,7 @@ def test_columns_are_reduced(rng, n):
         assert abs(arrays.reduce(own, SUM) - values[:, 0].sum()) <= bound
 
 
-def test_rows_are_taken_and_joined(rng):
+def test_rows_are_taken_and_concatenated(rng):
     rows, index = rng.normal(size=(7, 3)), np.array([6, 0, 0])
     taken = arrays.take(arrays.to_gpu(rows), arrays.to_gpu(index))
     assert np.array_equal(arrays.to_cpu(taken), rows[index])
@@ -97,13 +97,13 @@ def refusing(message):
     return device_array
 
 
-def test_memory_that_is_not_there_is_said(monkeypatch):
+def test_missing_memory_is_reported_with_its_size(monkeypatch):
     monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_OUT_OF_MEMORY"))
     with pytest.raises(DeviceMemoryError, match="24 MiB more are needed"):
         arrays.empty((1 << 20, 3), np.float64)
 
 
-def test_other_errors_of_the_device_stay_what_they_are(monkeypatch):
+def test_other_errors_of_the_gpu_are_passed_on(monkeypatch):
     monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_ILLEGAL_ADDRESS"))
     with pytest.raises(arrays.CudaAPIError, match="ILLEGAL"):
         arrays.empty(3, np.float64)

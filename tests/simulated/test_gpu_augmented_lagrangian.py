@@ -42,7 +42,7 @@ def sums_and_maxima(group, values, out):
 
 @pytest.mark.parametrize("n_blocks", [None, 1, 2, 7])
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
-def test_thread_groups_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
+def test_all_threads_of_a_group_get_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
     monkeypatch.setattr(group, "WARP", warp)
     n = n_threads * (n_blocks or 1)
     values, out = rng.normal(size=(n, 3)), np.empty((n, 6))
@@ -66,7 +66,9 @@ def test_thread_groups_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, 
 
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
 @pytest.mark.parametrize("method", METHOD_PARAMETERS)
-def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method, n_threads, warp):
+def test_zones_solved_by_one_block_each_are_those_of_the_cpu(
+    rng, monkeypatch, method, n_threads, warp
+):
     blocks_of(monkeypatch, n_threads, warp)
     problems = [random_problem(rng, n, mass_ratio=1e3) for n in (1, 2, 4)]
     options = Options(method=method, max_steps=30)
@@ -86,7 +88,7 @@ def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method,
 
 @pytest.mark.parametrize("n_blocks", [1, 3])
 @pytest.mark.parametrize("method", METHOD_PARAMETERS)
-def test_large_zones_by_several_blocks_are_those_of_the_processor(
+def test_large_zones_solved_by_several_blocks_are_those_of_the_cpu(
     rng, monkeypatch, method, n_blocks
 ):
     blocks_of(monkeypatch, 2, 2)
@@ -105,7 +107,7 @@ def test_large_zones_by_several_blocks_are_those_of_the_processor(
 
 
 @pytest.mark.parametrize("method", METHOD_PARAMETERS)
-def test_single_precision(rng, monkeypatch, method):
+def test_float32_solves_to_a_loose_tolerance(rng, monkeypatch, method):
     blocks_of(monkeypatch, 3, 2)
     problem = random_problem(rng, 3)
     options = {"method": method, "precision": "float32", "max_steps": 300, "tolerance": 1e-4}
@@ -114,7 +116,7 @@ def test_single_precision(rng, monkeypatch, method):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_presets_step_by_step(rng, monkeypatch, preset):
+def test_presets_have_the_trace_of_the_cpu(rng, monkeypatch, preset):
     blocks_of(monkeypatch, 1, 32)
     problem = random_problem(rng, 3)
     found = izo_ref.solve_zone(problem, preset=preset, max_steps=5, trace=True, device="cuda")
@@ -123,13 +125,13 @@ def test_presets_step_by_step(rng, monkeypatch, preset):
     assert np.array_equal(found.trace, expected.trace)
 
 
-def test_the_default_of_the_device(rng, monkeypatch):
+def test_the_default_method_of_a_gpu_is_newton(rng, monkeypatch):
     blocks_of(monkeypatch, 3, 2)
     found = izo_ref.solve_zone(random_problem(rng, 5, mass_ratio=1e3), device="cuda")
     assert found.method == "newton"
     assert found.residuals.solved(1e-9, 1e-9)
 
 
-def test_methods_of_the_processor_are_named(rng):
+def test_methods_of_the_cpu_alone_are_refused_on_a_gpu(rng):
     with pytest.raises(DeviceUnavailableError, match="'interior-point' is of the processor"):
         izo_ref.solve_zone(random_problem(rng, 2), "interior-point", device="cuda")

@@ -61,7 +61,7 @@ def assert_same(found, expected):
 
 
 @pytest.mark.parametrize("name", ["face", "sheets", "pinned", "fits", "apart"])
-def test_a_step_ends_as_on_the_processor(rng, name):
+def test_a_step_ends_as_on_the_cpu(rng, name):
     scene = scenes(rng)[name]
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.FREE
@@ -70,14 +70,14 @@ def test_a_step_ends_as_on_the_processor(rng, name):
 
 
 @pytest.mark.parametrize("selection", ["first-of-any", "all"])
-def test_selections(rng, selection):
+def test_every_selection_ends_as_on_the_cpu(rng, selection):
     scene, options = two_sheets(rng, 2), Options(selection=selection)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
 @pytest.mark.parametrize("plan", ["everything", ("incremental",)])
-def test_rules_left_out(rng, plan):
+def test_plans_with_fewer_rules_end_as_on_the_cpu(rng, plan):
     scene, options = two_sheets(rng, 2), Options(plan=plan)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
@@ -85,14 +85,14 @@ def test_rules_left_out(rng, plan):
     assert [i.solved for i in found.history] == [i.solved for i in expected.history]
 
 
-def test_what_no_positions_satisfy_is_scaled_back(rng):
+def test_a_sheet_that_does_not_fit_ends_as_on_the_cpu(rng):
     scene = pinch(0.01)
     expected = izo_ref.resolve(scene, 0.02)
     assert expected.status is not Status.FREE
     assert_same(izo_ref.resolve(scene, 0.02, "cuda"), expected)
 
 
-def test_prescribed_parts_that_meet(rng):
+def test_pinned_sheets_that_meet_are_blocked_as_on_the_cpu(rng):
     scene = pinch(-0.05)
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.BLOCKED
@@ -102,7 +102,7 @@ def test_prescribed_parts_that_meet(rng):
 
 
 @pytest.mark.parametrize("enough", [True, False])
-def test_auto_takes_a_gpu_where_it_pays(rng, monkeypatch, enough):
+def test_auto_takes_a_gpu_for_large_scenes_alone(rng, monkeypatch, enough):
     scene = two_sheets(rng, 2)
     monkeypatch.setattr(devices, "GPU_FACES", len(scene.faces) + (not enough))
     line = {line.part: line for line in izo_ref.plan(scene).lines}["a GPU"]
@@ -114,14 +114,14 @@ def test_auto_takes_a_gpu_where_it_pays(rng, monkeypatch, enough):
     assert len(izo_ref.find_impacts(scene, "auto").toi) > 0
 
 
-def test_a_spent_budget(rng):
+def test_a_spent_budget_ends_as_on_the_cpu(rng):
     scene, options = two_sheets(rng, 2), Options(max_iterations=1)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     assert expected.scaled_back
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
-def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
+def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(lagrangian, "MANY", 3)
     monkeypatch.setitem(GPU_METHOD, "max_steps", 1)
@@ -134,7 +134,7 @@ def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "large"), [("sheets", 4096), ("pinned", 4096), ("pinned", 1)])
-def test_zones_of_a_block_and_of_all_blocks(rng, monkeypatch, name, large):
+def test_zones_of_one_block_or_all_blocks_end_near_the_cpu(rng, monkeypatch, name, large):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(lagrangian, "LARGE", large)
     monkeypatch.setattr(lagrangian, "MANY", 3)
@@ -159,7 +159,7 @@ METHODS = [
 
 
 @pytest.mark.parametrize("named", METHODS, ids=lambda named: "-".join(named.values()))
-def test_each_method_step_by_step(rng, monkeypatch, named):
+def test_each_method_takes_the_steps_of_the_cpu(rng, monkeypatch, named):
     monkeypatch.setattr(lagrangian, "MANY", 3)
     scene = two_sheets(rng, 2, pinned_below=True)
     scene.masses[:] = rng.uniform(1.0, 9.0, len(scene.masses))
@@ -177,7 +177,7 @@ def test_each_method_step_by_step(rng, monkeypatch, named):
 
 
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_each_method_to_its_end(rng, monkeypatch, method):
+def test_each_method_converges_on_the_gpu(rng, monkeypatch, method):
     monkeypatch.setattr(lagrangian, "MANY", 1)
     options = Options(method=method, gap_tolerance=1e-5, violation_tolerance=1e-5, relinearize=0)
     found = izo_ref.resolve(two_sheets(rng, 2), 1e-3, "cuda", options)
@@ -185,7 +185,7 @@ def test_each_method_to_its_end(rng, monkeypatch, method):
     assert found.status is Status.FREE
 
 
-def test_numbers_that_the_processor_makes(monkeypatch):
+def test_float32_zones_are_left_to_the_cpu(monkeypatch):
     monkeypatch.setattr(lagrangian, "FEW", 1)
     scene, options = vertex_over_face(), Options(method="cg", precision="float32")
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
