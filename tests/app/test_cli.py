@@ -7,7 +7,7 @@ import pytest
 
 from izo_ref.app.cli import main
 from izo_ref.app.files import load_result, save_scene
-from tests.helpers.shapes import pinch, vertex_over_face
+from tests.helpers.shapes import pinched_sheet, vertex_over_face
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_plan_lists_what_is_left_out_and_why(step, tmp_path, capsys):
 
 
 def test_a_blocked_step_exits_with_one_and_says_when_pairs_meet(tmp_path, capsys):
-    save_scene(tmp_path / "step.npz", pinch(-0.05))
+    save_scene(tmp_path / "step.npz", pinched_sheet(-0.05))
     out, report = tmp_path / "out.npz", tmp_path / "report.json"
     assert run("resolve", tmp_path / "step.npz", "-o", out, "--json", report) == 1
     assert "BLOCKED" in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""Queries of single pairs on a path, with their answers."""
+"""Single pairs on a path whose answer is known."""
 
 import numpy as np
 import pytest
@@ -6,13 +6,13 @@ import pytest
 from validation.scenes.queries import Queries, degenerate_queries
 from validation.study import steps
 
-# Our own degenerate cases, and the published ones where the step files are.
+# Our own degenerate cases, and the published ones if the larger step files are there.
 SOURCES = ("own", pytest.param("published", marks=pytest.mark.data))
-EACH = 20  # of our own cases
+EACH = 20  # queries drawn of each kind of our own cases
 
 
 def queries_of(source, rng) -> Queries:
-    """Read or draw the queries of one of SOURCES."""
+    """Read the published queries, or draw our own, according to one of `SOURCES`."""
     if source == "own":
         return degenerate_queries(rng, EACH)
     data = steps.load("ccd-queries")
@@ -25,10 +25,19 @@ def queries_of(source, rng) -> Queries:
 
 
 def constructed_meetings(rng, n, is_edge_edge):
-    """Pairs that meet exactly, at times and with weights that are multiples of 1/16 and 1/8.
+    """Draw pairs that meet exactly at a known time.
 
-    Integers and powers of two throughout, so that every position is a float and the meeting
-    is no approximation. Some are flat, some graze, some have elements without size.
+    All positions, times and weights are integers times powers of two, so every position is a
+    float and the meeting is exact. Times are multiples of 1/16, and weights multiples of 1/8.
+    Some draws are flat, some graze, and some have edges or faces without size.
+
+    Args:
+        rng: draws everything.
+        n: number of pairs.
+        is_edge_edge: kind of all pairs.
+
+    Returns:
+        start (n, 4, 3), end (n, 4, 3) and the time of the meeting (n,), all f8.
     """
     largest = 2 ** int(rng.integers(1, 22))
     x, v = rng.integers(-largest, largest + 1, (2, n, 4, 3)).astype(float)
@@ -41,7 +50,7 @@ def constructed_meetings(rng, n, is_edge_edge):
         v[:, 1:] = v[:, 1:2]
     elif kind == 2:
         x[:, 3], v[:, 3] = x[:, 2], v[:, 2]
-    steps = 1 if kind == 3 else 8  # corners and ends only
+    steps = 1 if kind == 3 else 8  # kind 3 meets at corners and ends of edges only
     if is_edge_edge:
         s, r = rng.integers(0, steps + 1, (2, n)) / steps
         weights = np.column_stack((1 - s, s, -(1 - r), -r))
@@ -52,7 +61,7 @@ def constructed_meetings(rng, n, is_edge_edge):
         moved = slice(0, 1)
     apart = np.einsum("jk,jkx->jx", weights, x)
     x[:, moved] -= apart[:, None, :]
-    if kind == 4:  # the velocity at the contact lies in the plane
+    if kind == 4:  # at the meeting, the relative velocity lies in the plane
         slide = x[:, 2] - x[:, 3] if is_edge_edge else x[:, 1] - x[:, 2]
         relative = np.einsum("jk,jkx->jx", weights, v)
         v[:, moved] += (rng.integers(-2, 3, (n, 1)) * slide - relative)[:, None, :]

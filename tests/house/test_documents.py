@@ -10,7 +10,7 @@ from validation.__main__ import _parser
 
 CONTRIBUTING = (house.ROOT / "CONTRIBUTING.md").read_text()
 # Folders that a checkout has only after a command has made them, or outside of itself.
-MADE = ("reports/quick", ".venv", "build", "..")
+MADE = ("reports/quick", "reports/*.html", ".venv", "build", "..")
 
 
 def named_paths():

@@ -8,7 +8,7 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import errors
 from izo_ref.base.devices import require_gpu
-from tests.helpers.shapes import grid, pinch, two_sheets, vertex_over_face
+from tests.helpers.shapes import grid, pinched_sheet, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
 
@@ -144,7 +144,7 @@ def test_calls_in_several_python_threads_give_the_same_bits(rng):
 
 
 def test_pinned_sheets_that_meet_block_the_step():
-    scene = pinch(-0.05)
+    scene = pinched_sheet(-0.05)
     result = izo_ref.resolve(scene, 1e-3)
     assert result.status is Status.BLOCKED
     assert not result.certificate.free
@@ -157,7 +157,7 @@ def test_pinned_sheets_that_meet_block_the_step():
 
 
 def test_a_sheet_that_fits_between_pinned_sheets_ends_free():
-    scene = pinch(0.05, bump=0.2)
+    scene = pinched_sheet(0.05, bump=0.2)
     result = izo_ref.resolve(scene, 1e-3)
     assert_sound(scene, result, 1e-3)
 

@@ -5,12 +5,12 @@ import pytest
 
 import izo_ref
 from izo_ref import Options, Status
-from tests.helpers.shapes import pinch, two_sheets
+from tests.helpers.shapes import pinched_sheet, two_sheets
 
 
 def test_a_sheet_that_does_not_fit_falls_back_or_is_blocked():
     """Twice the thickness is asked for between parts that leave less."""
-    scene = pinch(0.01, bump=0.2)
+    scene = pinched_sheet(0.01, bump=0.2)
     result = izo_ref.resolve(scene, thickness=0.02)
     assert result.status in (Status.FREE_BY_FALLBACK, Status.BLOCKED)
     assert result.certificate.free is (result.status is Status.FREE_BY_FALLBACK)

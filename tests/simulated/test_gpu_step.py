@@ -10,23 +10,15 @@ from izo_ref.base.options import LAGRANGIAN
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.presets import GPU_METHOD, PRESETS
-from tests.helpers.shapes import grid, two_sheets, vertex_over_face
+from tests.helpers.shapes import pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
 
 
-def pinch(end_gap):
-    """A free sheet between two pinned ones that close to `end_gap`, or pass each other."""
-    sheet, faces = grid(2)
-    between = sheet * (0.9, 0.9, 1) + (0.05, 0.04, 0.0)
-    start = np.concatenate([sheet + (0.0, 0.0, -0.1), between, sheet + (0.0, 0.0, 0.1)])
-    end, pinned = start.copy(), np.arange(12) // 4 != 1
-    end[:4, 2], end[8:, 2] = -0.5 * end_gap, 0.5 * end_gap
-    end[4:8, 2] += 0.2
-    return izo_ref.Scene(
-        start, end, np.concatenate([faces + 4 * k for k in range(3)]), None, pinned
-    )
+def small_pinched_sheet(end_gap):
+    """Return a pinched sheet of four vertices."""
+    return pinched_sheet(end_gap, bump=0.2, side=2)
 
 
 def scenes(rng):
@@ -36,7 +28,7 @@ def scenes(rng):
         "face": vertex_over_face(),
         "sheets": two_sheets(rng, 3),
         "pinned": two_sheets(rng, 3, pinned_below=True),
-        "fits": pinch(0.05),
+        "fits": small_pinched_sheet(0.05),
         "apart": apart,
     }
 
@@ -86,14 +78,14 @@ def test_plans_with_fewer_rules_end_as_on_the_cpu(rng, plan):
 
 
 def test_a_sheet_that_does_not_fit_ends_as_on_the_cpu(rng):
-    scene = pinch(0.01)
+    scene = small_pinched_sheet(0.01)
     expected = izo_ref.resolve(scene, 0.02)
     assert expected.status is not Status.FREE
     assert_same(izo_ref.resolve(scene, 0.02, "cuda"), expected)
 
 
 def test_pinned_sheets_that_meet_are_blocked_as_on_the_cpu(rng):
-    scene = pinch(-0.05)
+    scene = small_pinched_sheet(-0.05)
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.BLOCKED
     found = izo_ref.resolve(scene, 1e-3, "cuda")

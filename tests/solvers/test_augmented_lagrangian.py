@@ -8,7 +8,7 @@ from izo_ref.base.options import CHOICES, LAGRANGIAN, Options
 from izo_ref.solvers.augmented_lagrangian import descend
 from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.zones.system import ZoneSystem
-from tests.helpers.shapes import opposed, problem, random_problem
+from tests.helpers.shapes import one_impact_problem, opposed_problem, random_problem
 from validation.scenes.zones import random_zone
 
 SEARCHES, UPDATES = CHOICES["line_search"], CHOICES["multiplier_update"]
@@ -65,7 +65,7 @@ def test_newton_with_a_growing_penalty_solves_nearly_parallel_constraints(rng):
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
 def test_an_infeasible_zone_ends_within_the_step_limit(method, update):
-    found = izo_ref.solve_zone(opposed(0.1), method, multiplier_update=update)
+    found = izo_ref.solve_zone(opposed_problem(0.1), method, multiplier_update=update)
     assert found.iterations < 100_000
     assert not found.residuals.solved(1e-9, 1e-9)
 
@@ -138,7 +138,7 @@ def test_multipliers_of_a_preset_are_in_kg(rng):
     """Whatever the scaling of its objective: stationarity wants them so."""
     for preset in ("arcsim", "xrtailor"):
         for masses in (1.0, 7.0):
-            zone = problem(masses=[masses] * 4, thickness=1e-3)
+            zone = one_impact_problem(masses=[masses] * 4, thickness=1e-3)
             found = izo_ref.solve_zone(zone, preset=preset)
             exact = izo_ref.solve_zone(zone)
             np.testing.assert_allclose(found.multipliers, exact.multipliers, rtol=1e-3)

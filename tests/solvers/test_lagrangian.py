@@ -13,7 +13,7 @@ from izo_ref.solvers.serial.lagrangian import (
     update_multipliers,
 )
 from tests.helpers.one_zone import one_zone, value
-from tests.helpers.shapes import problem, random_problem
+from tests.helpers.shapes import one_impact_problem, random_problem
 
 MU = 0.7
 
@@ -122,7 +122,7 @@ def test_multipliers_are_never_negative(rng):
 
 def test_the_effect_of_mu_depends_on_the_scale_of_the_objective():
     """The same zone, mu and steps; eq. 1 against the same objective times a hundred."""
-    zone = problem(masses=[1.0] * 4)
+    zone = one_impact_problem(masses=[1.0] * 4)
     ends = []
     for scale in (1.0, 100.0):
         x, multipliers = np.zeros((4, 3)), np.zeros(1)

@@ -8,7 +8,7 @@ from izo_ref import Options
 from izo_ref.base import errors
 from izo_ref.base.options import LAGRANGIAN, PRESET_METHODS
 from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS, choose_settings
-from tests.helpers.shapes import problem, random_problem
+from tests.helpers.shapes import one_impact_problem, random_problem
 from tests.naive import presets
 from tests.naive.qp import dense_rows
 
@@ -43,7 +43,7 @@ def test_presets_take_the_steps_of_their_literal_versions(rng, name, steps, atol
 def test_presets_report_that_they_have_not_converged(name):
     """Masses of a garment and a gap of millimetres, as they would meet them: 100 steps end
     far from the optimum, and the residuals, which are not the solver's, show it."""
-    zone = problem(masses=[1e-5] * 4, thickness=1e-4)
+    zone = one_impact_problem(masses=[1e-5] * 4, thickness=1e-4)
     found = izo_ref.solve_zone(zone, preset=name)
     assert found.iterations <= 100
     assert found.method == PRESET_METHODS[name]

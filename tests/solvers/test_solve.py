@@ -4,7 +4,7 @@ import pytest
 import izo_ref
 from izo_ref.base import errors
 from tests.helpers.own_scenes import zone_of_all_impacts
-from tests.helpers.shapes import ONE, opposed, problem, random_problem
+from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, opposed_problem, random_problem
 from tests.helpers.steps import load_zone
 from tests.naive.qp import dense_rows, solve_qp
 from validation.scenes import stored
@@ -19,7 +19,7 @@ def weighted_distance(zone, a, b):
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_one_impact_has_a_closed_form(method):
-    one = problem()
+    one = one_impact_problem()
     k = float(np.sum(one.weights[0] ** 2 / one.masses))
     solution = izo_ref.solve_zone(one, method=method)
     assert solution.multipliers == pytest.approx([1.5 / k], rel=1e-9)
@@ -30,12 +30,12 @@ def test_one_impact_has_a_closed_form(method):
 
 
 def test_one_impact_takes_the_closed_form():
-    assert izo_ref.solve_zone(problem()).method == "closed-form"
+    assert izo_ref.solve_zone(one_impact_problem()).method == "closed-form"
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_a_satisfied_constraint_moves_nothing(method):
-    solution = izo_ref.solve_zone(problem(proposed=APART), method=method)
+    solution = izo_ref.solve_zone(one_impact_problem(proposed=APART), method=method)
     np.testing.assert_array_equal(solution.positions, APART)
     assert solution.multipliers.tolist() == [0.0]
 
@@ -97,25 +97,25 @@ def test_redundant_constraints_do_not_change_the_solution(rng, method):
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
 def test_an_infeasible_zone_is_reported_infeasible(method):
-    assert not izo_ref.solve_zone(opposed(0.1), method=method).feasible
+    assert not izo_ref.solve_zone(opposed_problem(0.1), method=method).feasible
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_a_constraint_without_unknowns_only_decides_feasibility(method):
     """Its vertices are pinned: satisfied or not, nothing can be done about it."""
-    pinned = problem(
+    pinned = one_impact_problem(
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
-        weights=ONE["weights"] * 2,
-        normals=ONE["normals"] * 2,
-        proposed=[*ONE["proposed"], [0, 0, 2.0]],
+        weights=ONE_IMPACT["weights"] * 2,
+        normals=ONE_IMPACT["normals"] * 2,
+        proposed=[*ONE_IMPACT["proposed"], [0, 0, 2.0]],
         masses=[np.inf] * 4 + [1.0],
     )
     assert not izo_ref.solve_zone(pinned, method=method).feasible
-    fine = problem(
+    fine = one_impact_problem(
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
-        weights=ONE["weights"] * 2,
-        normals=ONE["normals"] * 2,
-        proposed=[[0, 0, 3.0], *ONE["proposed"][1:], [0, 0, -2.0]],
+        weights=ONE_IMPACT["weights"] * 2,
+        normals=ONE_IMPACT["normals"] * 2,
+        proposed=[[0, 0, 3.0], *ONE_IMPACT["proposed"][1:], [0, 0, -2.0]],
         masses=[np.inf] * 4 + [1.0],
     )
     solution = izo_ref.solve_zone(fine, method=method)
@@ -179,14 +179,16 @@ def test_a_narrow_wedge_is_reported_infeasible(method, angle):
 def test_gradient_descent_continues_after_a_step_to_the_minimum(rng):
     for _ in range(20):
         corners = rng.dirichlet([1.0, 1.0, 1.0])
-        zone = problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
+        zone = one_impact_problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
         found = izo_ref.solve_zone(zone, method="gradient")
         assert found.residuals.solved(1e-9, 1e-9)
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_a_zone_without_impacts_moves_nothing(method):
-    zone = problem(nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3)))
+    zone = one_impact_problem(
+        nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3))
+    )
     solution = izo_ref.solve_zone(zone, method=method)
     np.testing.assert_array_equal(solution.positions, zone.proposed)
     assert solution.residuals.solved(1e-9, 1e-9)
@@ -194,11 +196,11 @@ def test_a_zone_without_impacts_moves_nothing(method):
 
 def test_bad_options_are_refused():
     with pytest.raises(errors.OptionError, match="newtonish"):
-        izo_ref.solve_zone(problem(), method="newtonish")
+        izo_ref.solve_zone(one_impact_problem(), method="newtonish")
     with pytest.raises(errors.OptionError, match="line_search"):
-        izo_ref.solve_zone(problem(), line_search="guess")
+        izo_ref.solve_zone(one_impact_problem(), line_search="guess")
     with pytest.raises(errors.OptionError, match="xrtailor"):
-        izo_ref.solve_zone(problem(), method="interior-point", preset="xrtailor")
+        izo_ref.solve_zone(one_impact_problem(), method="interior-point", preset="xrtailor")
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base import errors
-from tests.helpers.shapes import ONE, problem, random_problem
+from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, random_problem
 from tests.naive.qp import dense_rows
 
 
@@ -26,12 +26,12 @@ from tests.naive.qp import dense_rows
 )
 def test_bad_input_is_refused_and_named(changes, error, word):
     with pytest.raises(error, match=word):
-        problem(**changes)
+        one_impact_problem(**changes)
 
 
 def test_residuals_are_those_worked_out_by_hand():
     """One impact: r = d - gap = 1.5, K = sum a^2 / m = 1 + 1/4 + 1/32 + 1/64."""
-    one = problem()
+    one = one_impact_problem()
     k = 1.0 + 0.25 + 0.0625 / 2 + 0.0625 / 4
     multiplier = 1.5 / k
     x = one.proposed.copy()
@@ -74,15 +74,15 @@ def test_the_gap_is_primal_less_dual(rng):
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_positions_that_are_not_finite_have_infinite_residuals(bad):
-    x = np.array(ONE["proposed"])
+    x = np.array(ONE_IMPACT["proposed"])
     x[0, 0] = bad
-    found = izo_ref.residuals(problem(), x, np.zeros(1))
+    found = izo_ref.residuals(one_impact_problem(), x, np.zeros(1))
     assert set(found[:6]) == {math.inf}
     assert not found.solved(1e-9, 1e-9)
 
 
 def test_pinned_vertices_are_no_unknowns():
-    one = problem(masses=[1.0, np.inf, np.inf, np.inf])
+    one = one_impact_problem(masses=[1.0, np.inf, np.inf, np.inf])
     x = one.proposed.copy()
     x[0, 2] = 0.5
     found = izo_ref.residuals(one, x, np.array([1.5]))
