@@ -1,3 +1,5 @@
+"""Intersections of simplices in exact arithmetic."""
+
 import numpy as np
 import pytest
 

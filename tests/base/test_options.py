@@ -1,3 +1,5 @@
+"""Options are checked when they are made."""
+
 import dataclasses
 import inspect
 
@@ -38,7 +40,7 @@ def test_options_are_frozen_and_keyword_only():
 
 
 def test_every_option_is_explained():
-    text = inspect.getdoc(Options)  # Python 3.13 takes the indentation away, others do not
+    text = inspect.getdoc(Options)  # Python 3.13 alone removes the indentation from __doc__
     for field in dataclasses.fields(Options):
         assert f"\n    {field.name}: " in text
 

@@ -1,3 +1,5 @@
+"""The certificate of a path: free, or the pairs that meet and when."""
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def test_a_vertex_pushed_through_by_a_nanometre_is_found():
 
 
 def test_layers_that_swapped_are_found_though_both_ends_are_free():
-    """What a test of the end positions alone cannot see."""
+    """A check of the end positions alone cannot see this."""
     a, faces = grid(6)
     start = np.concatenate((a, a + (0.01, 0.02, 0.1)))
     end = np.concatenate((a + (0.0, 0.0, 0.2), a + (0.01, 0.02, 0.1)))
@@ -48,7 +50,7 @@ def test_a_certificate_finds_the_pairs_that_detection_finds(rng):
 
 
 def test_a_flat_sheet_that_moves_as_one_is_proved_apart():
-    """Every pair of neighbours is coplanar at all times."""
+    """All pairs of neighbours are coplanar at all times."""
     a, faces = grid(12)
     c, s = np.cos(0.5), np.sin(0.5)
     turned = a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T + (0.3, 0.2, 0.1)

@@ -12,6 +12,7 @@ FACE = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
 
 
 def certain(is_edge_edge, start, end, toi):
+    """Return whether floats prove that the pair meets near the time `toi`."""
     meets = np.empty(1, bool)
     nodes = np.arange(4, dtype=np.int32)[None]
     decide_meetings(start, end, nodes, np.array([is_edge_edge]), np.array([toi]), meets)
@@ -37,7 +38,7 @@ def test_certain_meetings_are_true_and_few_meetings_stay_uncertain(rng):
 
 
 def test_pairs_that_barely_touch_or_miss_are_never_certain(rng):
-    """On the boundary of the face to an ulp: exact arithmetic has to say which."""
+    """The vertex is within a few ulps of a side of the face: only exact arithmetic can decide."""
     start = np.array([[2, 2, 1], *FACE], float)
     for _ in range(200):
         end = start.copy()
@@ -62,7 +63,7 @@ def test_pairs_that_barely_touch_or_miss_are_never_certain(rng):
     ],
 )
 def test_sides_that_become_coplanar_beside_each_other_do_not_meet(is_edge_edge, at, meets):
-    """The first side falls through the plane of the second at t = 1/2, at a place."""
+    """The first side falls at the place `at` through the plane of the second one, at t = 1/2."""
     if is_edge_edge:
         start = np.array([[-1, 0, 1], [1, 0, 1], [0, -1, 0], [0, 1, 0.0]])
         falling = slice(0, 2)

@@ -18,16 +18,18 @@ SQUARE = [(0, 0, 1), (0, 0, 0), (1, 0, 0), (0, 1, 0)]  # a vertex over a face
 
 
 def moved(points, *shifts):
+    """Return the points, each moved by its own shift."""
     return [tuple(np.add(p, s)) for p, s in zip(points, shifts, strict=True)]
 
 
 def drop(points, z, at=(0.25, 0.25)):
+    """Return start and end of a vertex that falls by z onto the place `at` of a face at rest."""
     lifted = [(*at, points[0][2]), *points[1:]]
     return lifted, moved(lifted, (0, 0, -z), (0, 0, 0), (0, 0, 0), (0, 0, 0))
 
 
 CASES = {
-    # name: (kind, start, end, meets, toi or None)
+    # name: (kind, start, end, whether the pair meets, time of impact or None)
     "through": (VF, *drop(SQUARE, 2.0), True, 0.5),
     "short of it": (VF, *drop(SQUARE, 0.5), False, None),
     "contact exactly at t = 1": (VF, *drop(SQUARE, 1.0), True, 1.0),
@@ -61,7 +63,7 @@ CASES = {
         [(0.25, 0.25, 0.1), (0, 0, 1), (1, 0, 1), (0, 1, 1)], True, 0.1,
     ),
     "cubic with three roots": (
-        # coplanar at 1/4, 1/2, 3/4, inside at the first
+        # The pair is coplanar at 1/4, 1/2 and 3/4; at the first the vertex is in the face.
         VF, [(0.3, 0.3, 0.25), (0, 0, 0), (1, 0, 0), (0, 1, 0)],
         [(0.3, 0.3, -0.75), (0, 0, 0), (1, 0, 0), (0, 1, 0)], True, 0.25,
     ),
@@ -124,7 +126,7 @@ def test_degenerate_cases_meet_at_the_known_times(name, scale):
 
 
 def test_pairs_in_a_rotating_plane_are_apart(rng):
-    """Coplanar at all times: only a direction in the plane can tell."""
+    """These pairs are coplanar at all times, so only a direction in the plane separates them."""
     for _ in range(50):
         flat = np.column_stack((rng.normal(size=(4, 2)), np.zeros(4)))
         flat[1:, 0] += 6.0
@@ -135,7 +137,7 @@ def test_pairs_in_a_rotating_plane_are_apart(rng):
 
 
 def test_small_integer_pairs_are_decided_as_in_exact_arithmetic(rng):
-    """Many of these touch, overlap or are degenerate; a miss is never allowed."""
+    """Many of these pairs touch, overlap or are degenerate; none that meets may be missed."""
     counts = {"meets": 0, "apart": 0}
     false_alarms = 0
     for _ in range(400):
@@ -168,6 +170,7 @@ def test_random_pairs_are_decided_as_in_exact_arithmetic(rng):
 
 @njit(error_model="numpy")
 def first_contacts(is_edge_edge, start, end):
+    """Decide many pairs of one kind: statuses (n,) and times (n,)."""
     statuses, toi = np.empty(len(start), np.int8), np.empty(len(start))
     nodes = (0, 1, 2, 3)
     for i in range(len(start)):
@@ -190,14 +193,14 @@ def test_no_exact_meeting_is_missed_and_no_time_comes_late(rng, is_edge_edge):
 
 
 def test_a_proof_with_reach_holds_for_every_end_within_it(rng):
-    """What is proved apart with a reach is apart wherever the nodes end in there."""
+    """A pair that is proved apart with a reach stays apart for every end within the reach."""
     proved, met = 0, 0
     for _ in range(4000):
         is_edge_edge = bool(rng.random() < 0.5)
         start, end = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
         end = start + 0.3 * end
         reach = (10.0 ** rng.uniform(-6, 0)) * rng.random(4)
-        if rng.random() < 0.5:  # what is forgotten of one must not hide behind another
+        if rng.random() < 0.5:  # one node alone, or the reach of another could hide its own
             reach = rng.random() * (np.arange(4) == rng.integers(4))
         reach = tuple(reach)
         relative = [tuple(p[k] - p[0]) for p in (start, end) for k in (1, 2, 3)]
@@ -205,16 +208,16 @@ def test_a_proof_with_reach_holds_for_every_end_within_it(rng):
         if status != APART:
             continue
         proved += 1
-        for _ in range(8):  # corners of the boxes in which the nodes end
+        for _ in range(8):  # random corners of the boxes in which the nodes may end
             other = end + np.array(reach)[:, None] * rng.choice([-1.0, 1.0], (4, 3))
             met += path.first_meeting(is_edge_edge, start, other) is not None
     assert proved > 1000
     assert met == 0
 
 
-# Cases in which rounding decides which two points count as the closest. `advance` then tries no
-# direction that separates the sides, and calls pairs a contact that pass each other at up to 1e-4
-# of their size. In 60 draws of 740 queries there were 14 such pairs, all of these cases.
+# In these cases, rounding decides which two points count as the closest. `advance` then tries no
+# direction that separates the two sides. It reports a contact of pairs that pass each other at up
+# to 1e-4 of their size. 60 draws of 740 queries had 14 such pairs, all of them of these cases.
 CLOSEST_POINTS_ARE_ROUNDED = (
     "slides in the plane just past a corner",
     "just misses a face without area",
@@ -224,7 +227,7 @@ DOUBLE_ROOTS = ("corners turn through the vertex", "edge turns through the other
 
 
 def test_no_degenerate_query_of_our_own_is_missed(rng):
-    """Each false alarm touches but for rounding, as below, or is of a named case."""
+    """Each false alarm touches within rounding, as in the next test, or is of a named case."""
     queries = degenerate_queries(rng, 20)
     alarms = undecided = 0
     for name, is_edge_edge, truth, vertices in zip(
@@ -248,12 +251,13 @@ def test_no_degenerate_query_of_our_own_is_missed(rng):
 
 @pytest.mark.data
 def test_no_published_query_is_missed_and_every_false_alarm_touches():
-    """3640 queries of handcrafted degenerate cases, through the scalar code.
+    """Decide the 3640 published queries, which are handcrafted degenerate cases.
 
-    A false alarm has to be explained: at the time of impact the pair touches but for
-    rounding. `advance` stops where no direction leaves more than its threshold, 48 u |n|_1
-    times the size, |n|_1 <= sqrt 3, or where a proof reaches less than 32 u farther, over
-    which the sides come closer by at most 4 sqrt 3 sizes: 305 u = 3.4e-14 of the size.
+    Each false alarm has to be explained: at the time of impact, the pair touches within
+    rounding. `advance` stops at two kinds of places. At the first, no direction leaves a gap
+    above its threshold, 48 u |n|_1 times the size, with |n|_1 <= sqrt 3. At the second, a proof
+    reaches less than 32 u farther in time, over which the sides come closer by at most 4 sqrt 3
+    sizes. Together this is 305 u = 3.4e-14 of the size.
     """
     data = load("ccd-queries")
     is_edge_edge = data["kind_names"][data["kind"]] == "ee"

@@ -9,7 +9,7 @@ from tests.helpers.shapes import two_sheets
 def test_components_have_their_vertices_boxes_and_reach(rng):
     scene = two_sheets(rng, 4)
     parts = MeshComponents(len(scene.positions_t0) + 2, scene.faces)
-    assert parts.count == 4  # two sheets, and two vertices in no face
+    assert parts.count == 4  # two sheets, and two vertices that belong to no face
     assert parts.part.tolist() == [0] * 16 + [1] * 16 + [2, 3]
     positions = np.vstack((scene.positions_t0, [[5, 5, 5], [9, 9, 9.0]]))
     low, high = parts.boxes(positions)
@@ -18,5 +18,5 @@ def test_components_have_their_vertices_boxes_and_reach(rng):
     moved = positions.copy()
     moved[32] = (8, 8, 8)
     assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, True]
-    moved[32] = (9, 9, 9)  # it touches
+    moved[32] = (9, 9, 9)  # the vertex touches the other one
     assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, False]

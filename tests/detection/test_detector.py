@@ -10,6 +10,7 @@ from tests.helpers.shapes import grid, two_sheets
 
 
 def same_impacts(a, b):
+    """Check that two sets of impacts have the same bits."""
     for x, y in zip(a, b, strict=True):
         np.testing.assert_array_equal(x, y)
 
@@ -17,7 +18,7 @@ def same_impacts(a, b):
 @pytest.mark.parametrize("rules", [frozenset(RULES), frozenset()])
 @pytest.mark.parametrize("share", [0.02, 0.3, 1.0])
 def test_a_detector_that_follows_a_path_finds_what_a_new_one_finds(rng, share, rules):
-    """Ends that move far, then less and less, as they do in the loop; some go back."""
+    """The ends move far at first, then less and less, as in the loop; some vertices go back."""
     scene = two_sheets(rng)
     mesh = scene.positions_t0, scene.edges, scene.faces
     detector = Detector(*mesh, rules=rules)
@@ -36,27 +37,29 @@ def test_a_detector_that_follows_a_path_finds_what_a_new_one_finds(rng, share, r
 
 @pytest.mark.parametrize("mover", ["lower", "upper"])
 @pytest.mark.parametrize(
-    "steps",  # of 0.05; an edge is 1 / 7, far is 0.03 of that
+    "steps",  # that close the gap of 0.05; an edge is 1 / 7 long, and "far" is 0.03 of that
     [(0.045, 0.003, 0.0029), (0.04, 0.003, 0.0029, 0.0028, 0.0027)],
     ids=["in one step", "creeping"],
 )
 def test_impacts_within_the_reach_are_found(rng, mover, steps):
-    """A sheet comes nearer by less each time, each time within the reach it first had."""
+    """A sheet approaches by smaller and smaller steps, each within the reach of the first."""
     start, faces = grid(8, 0.0, jitter=1e-5 * rng.normal(size=(64, 3)))
     start = np.concatenate((start, start + (0.013, 0.021, 0.05)))
-    edges = izo_ref.Scene(start, start, np.concatenate((faces, faces + 64))).edges
-    detector = Detector(start, edges, np.concatenate((faces, faces + 64)))
+    faces = np.concatenate((faces, faces + 64)).astype(np.int32)
+    edges = izo_ref.Scene(start, start, faces).edges
+    detector = Detector(start, edges, faces)
     moves = slice(0, 64) if mover == "lower" else slice(64, 128)
-    end, found = start + (1e-4, 0.0, 0.0), []  # what rests is in no tree
+    # Both sheets move, because elements at rest are in no tree.
+    end, found = start + (1e-4, 0.0, 0.0), []
     for nearer in steps:
         end[moves, 2] += nearer if mover == "lower" else -nearer
         found.append(detector.find(end))
     assert [len(impacts.toi) > 0 for impacts in found] == [False] * (len(steps) - 1) + [True]
-    same_impacts(found[-1], Detector(start, edges, np.concatenate((faces, faces + 64))).find(end))
+    same_impacts(found[-1], Detector(start, edges, faces).find(end))
 
 
 def test_a_component_at_rest_is_found_once_something_reaches_it(rng):
-    """Sheets far from each other, and a path that leads to the other one later."""
+    """Two sheets start far from each other; a later path leads one sheet to the other."""
     scene = two_sheets(rng)
     n = len(scene.positions_t0) // 2
     start = scene.positions_t0.copy()
@@ -79,9 +82,9 @@ def test_a_component_at_rest_is_found_once_something_reaches_it(rng):
 @pytest.mark.parametrize("turn", range(3))
 @pytest.mark.parametrize("order", [range(6), range(5, -1, -1)], ids=["up", "down"])
 def test_excluded_pairs_are_excluded_everywhere(shift, turn, order):
-    """A triangle through another leaves it: only pairs that were left out meet.
+    """A triangle that intersects another one moves out of it, so only excluded pairs meet.
 
-    Whatever the numbering and the first corner: `resolve` works in a numbering of its own.
+    This holds for any numbering and any first corner, although `resolve` renumbers the scene.
     """
     start = np.array([[0, 0, 0], [4, 0, 0], [0, 4, 0], [1, 1, -1], [0.9, 1, 2], [1.1, 1.05, 2]])
     end = start.copy()
@@ -97,5 +100,5 @@ def test_excluded_pairs_are_excluded_everywhere(shift, turn, order):
     assert result.status is izo_ref.Status.FREE
     assert len(result.impacts.toi) == 0
     np.testing.assert_array_equal(result.positions, end[order])
-    scene.excluded = None  # and they do meet
+    scene.excluded = None  # without the list, the same pairs are found
     assert len(izo_ref.find_impacts(scene).toi) > 0

@@ -30,7 +30,7 @@ def test_scaling_a_scene_changes_no_decision(rng, scale):
 
 @pytest.mark.parametrize(("axis", "side"), AXES_AND_SIDES)
 def test_a_contact_at_the_end_is_found_along_each_axis_from_both_sides(axis, side):
-    """The boxes of the vertex and of the face have one plane in common, no more."""
+    """The boxes of the vertex and of the face have only one plane in common."""
     scene = vertex_over_face(drop=1.0)
     start, end = (
         np.roll(positions * (1.0, 1.0, side), axis + 1, axis=1)
@@ -48,6 +48,7 @@ def test_armadillo_rollers_gives_exactly_the_published_pairs():
     impacts = izo_ref.find_impacts(load_step("armadillo-rollers"))
 
     def key(row, is_edge_edge):
+        """Return a key that does not depend on the order of corners, ends or edges."""
         a, b = (row[:2], row[2:]) if is_edge_edge else (row[:1], row[1:])
         sides = tuple(sorted(a)), tuple(sorted(b))
         return tuple(sorted(sides)) if is_edge_edge else sides

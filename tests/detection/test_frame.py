@@ -28,6 +28,7 @@ def test_every_frame_has_a_unit_normal_and_a_gap_that_changes_sign(rng):
         assert (weights[k:] <= 0).all()
 
     def gaps(t):
+        """Return the signed gap of each impact at time t."""
         x = (1 - t) * scene.positions_t0[impacts.nodes] + t * scene.positions_t1[impacts.nodes]
         return np.einsum("jk,jkx,jx->j", impacts.weights, x, impacts.normals)
 

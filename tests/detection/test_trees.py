@@ -1,3 +1,5 @@
+"""Trees of moving boxes: which pairs of elements they find."""
+
 import numpy as np
 import pytest
 
@@ -14,12 +16,16 @@ AXES_AND_SIDES = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
 
 
 def mesh(rng, n):
+    """Return start, end and faces of a crumpled sheet of n x n vertices."""
     start, faces = grid(n, jitter=0.1 * rng.normal(size=(n * n, 3)))
     return start, start + 0.1 * rng.normal(size=start.shape), faces.astype(np.int32)
 
 
 def trees(start, end, *nodes, moved=None, dtype=np.float32):
-    """Trees of elements on the way, all looked at, or those with a moved vertex."""
+    """Return a tree for each array of elements.
+
+    All elements issue queries, or, if `moved` is given, those with a moved vertex.
+    """
     boxes = vertex_boxes(start, end, end, dtype)
     elements = [Elements(part, start, dtype=dtype) for part in nodes]
     for part in elements:
@@ -30,6 +36,7 @@ def trees(start, end, *nodes, moved=None, dtype=np.float32):
 
 
 def found(a, b):
+    """Return the set of pairs that two trees find, and check that none comes twice."""
     pairs = meeting_pairs(a, b)
     rows = np.column_stack((a.tree.order[pairs[:, 0]], b.tree.order[pairs[:, 1]]))
     if a is b:
@@ -55,7 +62,7 @@ def test_pairs_are_those_of_a_search_of_all_against_all(rng, n, dtype):
     [(1e-310, 0.0), (1e-30, 1e3), (1.0, 0.0), (1.0, 1e3), (1.0, 1e9), (1e30, 1e9), (1e306, 0.0)],
 )
 def test_no_pair_is_lost_by_rounding(rng, scale, shift, dtype):
-    """Far from the origin most coordinates are the same in float32: more pairs then, not fewer."""
+    """Far from the origin, many coordinates are equal in float32: that may only add pairs."""
     start, end, faces = mesh(rng, 5)
     start, end = (start + shift) * scale, (end + shift) * scale
     edges = edges_of(faces)
@@ -65,7 +72,7 @@ def test_no_pair_is_lost_by_rounding(rng, scale, shift, dtype):
 
 @pytest.mark.parametrize("where", ["start", "end", "both"])
 def test_an_axis_separates_boxes_only_if_it_does_so_at_both_ends(where):
-    """Two vertices and a face that pass each other, or that are apart at one end alone."""
+    """The vertex passes the face upwards or downwards, or stays below it at both ends."""
     below, above = np.array([0.2, 0.2, -1.0]), np.array([0.2, 0.2, 1.0])
     face = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
     first = above if where == "end" else below
@@ -120,7 +127,7 @@ def test_boxes_that_only_touch_meet(dtype):
     edges = np.array([[0, 1], [2, 3]], np.int32)
     (elements,) = trees(start, start, edges, dtype=dtype)
     assert found(elements, elements) == {(0, 1)}
-    start[2, 0] = np.nextafter(1.0, 2.0)  # the centre is subtracted first
+    start[2, 0] = np.nextafter(1.0, 2.0)  # one ulp; the centre is subtracted before rounding
     (elements,) = trees(start, start, edges, dtype=dtype)
     assert found(elements, elements) == set()
 

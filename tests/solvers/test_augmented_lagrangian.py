@@ -1,4 +1,4 @@
-"""The loop: every combination converges or says that it has not, and what it reports."""
+"""The augmented-Lagrangian loop: every combination converges or reports that it has not."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_nearly_parallel_constraints_are_solved_or_reported_unsolved(rng, method
 
 
 def test_newton_with_a_growing_penalty_solves_nearly_parallel_constraints(rng):
-    """With mu fixed it takes 1 / mu over the least eigenvalue of K as many updates."""
+    """With mu fixed, the updates grow with 1 / (mu lambda), lambda the least eigenvalue of K."""
     solved = {"fixed": 0, "grown": 0}
     for _ in range(10):
         zone = random_zone(rng, 16, 1e3)
@@ -135,7 +135,7 @@ def test_the_trace_of_a_preset_is_in_the_same_units(rng):
 
 
 def test_multipliers_of_a_preset_are_in_kg(rng):
-    """Whatever the scaling of its objective: stationarity wants them so."""
+    """A preset scales its objective, but stationarity needs multipliers in these units."""
     for preset in ("arcsim", "xrtailor"):
         for masses in (1.0, 7.0):
             zone = one_impact_problem(masses=[masses] * 4, thickness=1e-3)
@@ -152,7 +152,7 @@ def test_no_trace_unless_asked_for(rng):
 
 @pytest.mark.parametrize("method", LAGRANGIAN)
 def test_zones_in_one_call_get_the_bits_of_single_calls(rng, method):
-    """The same bits: each zone has arrays, multipliers and memory of its own."""
+    """Each zone has its own arrays, multipliers and memory, so the bits are the same."""
     zones = [random_problem(rng, n, 10.0) for n in (3, 1, 9, 5)]
     vertices = np.cumsum([0] + [len(zone.masses) for zone in zones])
     system = ZoneSystem(

@@ -1,4 +1,4 @@
-"""Block pivoting: right, or it says that it is not."""
+"""Block pivoting: its answer is optimal, or it reports that it has none."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,11 @@ from validation.scenes.zones import random_zone
 
 
 def pivoted(zone):
-    """Status, multipliers of the unit rows and z, by block pivoting alone."""
+    """Solve a zone by block pivoting alone.
+
+    Returns:
+        Status, multipliers of the scaled constraints, z, the scaled constraints, the system.
+    """
     system, _ = problem_system([zone])
     rows = scale_constraints(system)
     n, m = len(system.proposed), len(rows.rhs)
@@ -32,6 +36,7 @@ def pivoted(zone):
 
 
 def dense(rows, system):
+    """Return the scaled constraints as a dense matrix, (m, 3 n)."""
     full = np.zeros((len(rows.rhs), len(system.proposed), 3))
     for j, nodes in enumerate(rows.unknowns):
         for k in range(4):
@@ -57,8 +62,11 @@ def test_solutions_satisfy_the_optimality_conditions(rng, n):
 
 
 def test_each_zone_is_solved_or_reported_unsolved():
-    """Rows nearly parallel, duplicated and opposed, with rhs over many decades: each answer
-    holds, every row to its own rounding, or is none."""
+    """An answer satisfies every constraint to its own rounding, or the status says there is none.
+
+    The constraints are nearly parallel, duplicated and opposed, and their right-hand sides
+    range over many decades.
+    """
     statuses = []
     for number in range(400):
         zone = random_zone(np.random.default_rng([7, number]), 16, 1e12)
@@ -75,7 +83,7 @@ def test_each_zone_is_solved_or_reported_unsolved():
 
 @pytest.mark.parametrize("n", [8, 40])
 def test_the_active_set_ends_at_one_answer_from_any_guess(rng, n):
-    """All rows, which has multipliers of both signs, none, and half of them."""
+    """The guesses are no constraint, all of them (some would pull), and every second one."""
     zone = random_problem(rng, n)
     system, _ = problem_system([zone])
     rows = scale_constraints(system)
@@ -102,7 +110,7 @@ def test_an_infeasible_zone_is_reported_unsolved():
 
 
 def test_the_active_set_takes_fewer_steps_from_a_guess():
-    """Fewer steps than from nothing, and the same answer."""
+    """From the guess of block pivoting it takes fewer steps than from nothing, to one answer."""
     zones = [random_zone(np.random.default_rng([8, number]), 64, 1e3) for number in range(20)]
     system, _ = problem_system(zones)
     both = solve_system(system, Options())

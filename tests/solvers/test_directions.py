@@ -1,4 +1,4 @@
-"""Directions against dense and literal versions."""
+"""Directions of descent, compared with dense algebra and with literal versions."""
 
 import numpy as np
 import pytest
@@ -26,7 +26,7 @@ PENALTY = 30.0
 
 @pytest.fixture
 def zone(rng):
-    """Arrays of a zone, evaluated, with its dense generalised Hessian."""
+    """Return the arrays of a zone at a point, and its dense generalised Hessian there."""
     zone = random_problem(rng, 10)
     kappa = 0.5 + rng.random(len(zone.masses))
     x = 0.02 * rng.normal(size=zone.proposed.shape)
@@ -69,7 +69,7 @@ def test_jacobi_divides_by_the_diagonal_and_gradient_does_not(zone):
 
 
 def two_loop(gradient, pairs):
-    """Nocedal and Wright, algorithm 7.4, with eq. 7.20."""
+    """Return the L-BFGS direction: Nocedal and Wright, algorithm 7.4, with eq. 7.20."""
     q, alphas = gradient.copy(), []
     for s, y in reversed(pairs):
         alphas.append((s @ q) / (y @ s))
@@ -93,7 +93,7 @@ def test_lbfgs_is_the_two_loop_recursion(rng, zone, n_pairs):
         arrays.direction[:], arrays.previous[:] = pairs[-1]
         stored = remember_pair(arrays, stored, 1e-16)
     assert stored == n_pairs
-    # one without curvature leaves the others as they are, also where the next slot is in use
+    # A pair without curvature leaves the others unchanged, even if the next slot is in use.
     arrays.direction[:], arrays.previous[:] = 1.0, -1.0
     assert remember_pair(arrays, stored, 1e-16) == stored
     lbfgs_direction(arrays, stored)
@@ -111,7 +111,10 @@ def test_lbfgs_forgets_pairs_without_curvature(zone):
 
 
 def test_cg_is_conjugate_where_l_is_quadratic(zone):
-    """With exact steps every beta is Fletcher-Reeves': n active rows end it in n + 1 steps."""
+    """With exact steps each beta is that of Fletcher and Reeves.
+
+    With n active constraints, it then takes at most n + 1 steps.
+    """
     arrays, hessian = zone
     g = arrays.gradient[:-3].copy()
     reference, p = g.copy(), -g
@@ -141,7 +144,7 @@ def test_cg_takes_the_smaller_beta_and_none_below_zero(zone):
 
 
 def test_an_uphill_direction_is_replaced_by_the_gradient(zone):
-    """A pair that makes H negative, as rounding can."""
+    """The stored pair makes the approximate inverse Hessian negative, as rounding can."""
     arrays, _ = zone
     n = len(arrays.x)
     arrays.memory[:n] = arrays.gradient

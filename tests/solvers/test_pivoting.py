@@ -1,4 +1,4 @@
-"""From a solution with fewer impacts to one with more."""
+"""Pivoting from the solution of a zone with fewer impacts to one with more."""
 
 import numpy as np
 import pytest
@@ -8,22 +8,23 @@ from izo_ref.solvers.pivoting import pivot_from
 from tests.helpers.shapes import large_zone
 from validation.scenes.piles import chain_zone, stack_zone
 
-GAP, VIOLATION = 1e-10, 1e-12  # the second in the unit of rhs, whose largest is some 1e-2
+GAP, VIOLATION = 1e-10, 1e-12  # violation in the unit of rhs, whose largest entry is about 1e-2
 
 
 def without(zone, rows):
-    """The zone without some rows, (m,) b1."""
+    """Return the zone without the constraints that are flagged in `rows`, (m,) b1."""
     parts = (zone.nodes, zone.coefficients, zone.normals, zone.rhs, zone.lengths)
     return LargeZone(*(part[~rows] for part in parts), zone.n_vertices)
 
 
 def repeated(zone):
+    """Return the zone with each constraint twice."""
     parts = (zone.nodes, zone.coefficients, zone.normals, zone.rhs, zone.lengths)
     return LargeZone(*(np.concatenate((part, part)) for part in parts), zone.n_vertices)
 
 
 def solved(zone):
-    """z and multipliers by the interior point; 0 for rows that do not hold."""
+    """Return z and the multipliers by the interior point, with 0 for inactive constraints."""
     violation_m = VIOLATION * zone.lengths.max()
     z, u, _, _, done = solve_large_zone(zone, np.zeros(len(zone.rhs)), GAP, violation_m, True)
     assert done
@@ -31,14 +32,14 @@ def solved(zone):
 
 
 def start_without(zone, new):
-    """Multipliers of the solution without some rows, (m,) b1."""
+    """Return the multipliers of the solution without the constraints flagged in `new`."""
     start = np.zeros(len(new))
     start[~new] = solved(without(zone, new))[1]
     return start
 
 
 def assert_same(zone, found, z):
-    """The optimum, to the root of both gaps, and multipliers that prove it."""
+    """Check multipliers that prove the gap, and z within the square root of both gaps."""
     found_z, u, _ = found
     assert (u >= 0.0).all()
     assert (zone.rhs - zone.times(found_z)).max() <= VIOLATION
@@ -77,7 +78,7 @@ def test_a_far_start_ends_at_the_optimum_or_gives_up(rng):
 
 
 def test_a_pile_in_full_contact_ends_at_the_optimum_or_gives_up(rng):
-    """Its layers hold each other in many ways: rows on the wrong side change places for long."""
+    """The layers support each other in many ways, so pivoting can go on for a long time."""
     zone = large_zone(stack_zone(rng, 6, 12))
     z, _ = solved(zone)
     given_up = 0

@@ -1,4 +1,4 @@
-"""Presets against literal versions, and the parameters that SPEC 4 tabulates."""
+"""Presets against literal versions, and the parameters in the table of SPEC section 4."""
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from tests.naive.qp import dense_rows
 
 
 def by_hand(name, zone, steps):
+    """Return the positions after some steps of the literal loop."""
     rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.masses))
     loop = getattr(presets, name)
     y = zone.proposed.ravel()
@@ -41,8 +42,10 @@ def test_presets_take_the_steps_of_their_literal_versions(rng, name, steps, atol
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_report_that_they_have_not_converged(name):
-    """Masses of a garment and a gap of millimetres, as they would meet them: 100 steps end
-    far from the optimum, and the residuals, which are not the solver's, show it."""
+    """100 steps end far from the optimum, and the independent residuals show it.
+
+    Masses are those of a garment and the gap is of millimetres, as these systems meet them.
+    """
     zone = one_impact_problem(masses=[1e-5] * 4, thickness=1e-4)
     found = izo_ref.solve_zone(zone, preset=name)
     assert found.iterations <= 100

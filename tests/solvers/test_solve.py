@@ -1,3 +1,5 @@
+"""One zone, solved by every exact method and by gradient descent."""
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ APART = [[0, 0, 0.75], [0, 0, 0], [1, 0, 0], [0, 1, 0.0]]
 
 
 def weighted_distance(zone, a, b):
+    """Return the distance of two sets of positions, weighted by mass."""
     return np.sqrt(np.sum(zone.masses[:, None] * (a - b) ** 2))
 
 
@@ -55,7 +58,7 @@ def test_solutions_are_the_best_over_all_active_sets(rng, method, mass_ratio):
                 continue
             compared += 1
             scale = weighted_distance(zone, expected, zone.proposed)
-            # the oracle solves in raw units: it is the one that loses digits
+            # The oracle solves in unscaled units, so it is the one that loses digits.
             error = weighted_distance(zone, found.positions, expected)
             assert error <= 1e-6 * scale + 1e-15
             assert found.residuals.solved(1e-9, 1e-9)
@@ -76,7 +79,7 @@ def test_random_zones_are_solved_to_tolerance(rng, method, n, mass_ratio):
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
 def test_redundant_constraints_do_not_change_the_solution(rng, method):
-    """Duplicates, sums of others, and rows that only touch."""
+    """40 constraints are duplicates of the first 12."""
     for _ in range(5):
         zone = random_problem(rng, 12)
         repeated = np.concatenate((np.arange(12), rng.integers(0, 12, 40)))
@@ -102,7 +105,7 @@ def test_an_infeasible_zone_is_reported_infeasible(method):
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_a_constraint_without_unknowns_only_decides_feasibility(method):
-    """Its vertices are pinned: satisfied or not, nothing can be done about it."""
+    """All its vertices are pinned, so it is satisfied or not whatever the solution is."""
     pinned = one_impact_problem(
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
         weights=ONE_IMPACT["weights"] * 2,
@@ -147,7 +150,7 @@ def test_a_zone_without_pinned_vertices_keeps_its_momentum(rng, method):
         zone = random_problem(rng, n)
         solution = izo_ref.solve_zone(zone, method=method)
         forces = zone.masses[:, None] * (solution.positions - zone.proposed)
-        # rounding of positions of size 0.05 m, not of the displacement
+        # The rounding is that of positions of about 0.05 m, not of the displacements.
         assert np.abs(forces.sum(axis=0)).max() <= 1e-15 * len(zone.masses)
 
 
@@ -164,7 +167,7 @@ def test_gradient_descent_converges_to_the_exact_optimum(rng):
 @pytest.mark.parametrize("method", ["auto", "interior-point"])
 @pytest.mark.parametrize("angle", [1e-5, 4e-7])
 def test_a_narrow_wedge_is_reported_infeasible(method, angle):
-    """Two rows nearly opposed: they meet five kilometres off, or two hundred metres."""
+    """Two nearly opposed constraints meet two hundred metres away, or five kilometres."""
     zone = izo_ref.ZoneProblem(
         [[0, 1, 2, 3], [0, 1, 2, 3]],
         [[1.0, -0.3, -0.3, -0.4]] * 2,
@@ -207,7 +210,7 @@ def test_bad_options_are_refused():
     "name", [name for name, facts in stored.index().items() if "zone_of_all_impacts" in facts]
 )
 def test_a_zone_of_all_impacts_has_the_recorded_optimum(name):
-    """Many redundant constraints; the optimum is that of two other solvers."""
+    """Many constraints are redundant; the recorded optimum is that of two other solvers."""
     facts, zone = stored.index()[name]["zone_of_all_impacts"], zone_of_all_impacts(name)
     assert len(zone.nodes) == facts["impacts"]
     solution = izo_ref.solve_zone(zone)
@@ -220,7 +223,7 @@ def test_a_zone_of_all_impacts_has_the_recorded_optimum(name):
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["first", "last"])
 def test_large_recorded_zones_have_the_recorded_optimum(name):
-    """23,958 and 43,036 impacts; optimum of sum m |dx|^2 recorded from another solver."""
+    """23,958 and 43,036 impacts; another solver gave the recorded optimum of sum m |dx|^2."""
     zone = load_zone(f"zone-armadillo-{name}")
     solution = izo_ref.solve_zone(zone)
     assert solution.residuals.solved(1e-9, 1e-9)

@@ -1,4 +1,4 @@
-"""The sparse Cholesky factorisation against dense algebra."""
+"""The sparse Cholesky factorisation, compared with dense algebra."""
 
 import numba
 import numpy as np
@@ -9,7 +9,11 @@ from izo_ref.solvers.sparse import PARALLEL, SparseCholesky
 
 
 def random_matrix(rng, n, size, density=3):
-    """Entries of the upper or lower triangle, their values, and the whole matrix."""
+    """Draw a sparse positive definite matrix of n x n blocks.
+
+    Returns:
+        Entries, each in the upper or in the lower triangle, their values, and the whole matrix.
+    """
     pairs = rng.integers(n, size=(density * n, 2))
     entries = np.concatenate((pairs, np.column_stack((np.arange(n), np.arange(n)))))
     _, kept = np.unique(np.sort(entries, axis=1), axis=0, return_index=True)
@@ -30,18 +34,19 @@ def random_matrix(rng, n, size, density=3):
 def test_solutions_are_within_the_backward_error_bound(rng, n, size):
     entries, values, matrix = random_matrix(rng, n, size)
     factors = SparseCholesky(entries, n, size)
-    for scale in (1.0, 10.0):  # the same pattern with other values
+    for scale in (1.0, 10.0):  # the same pattern twice, with other values
         factors.factorize(scale * values)
         right = rng.normal(size=n * size)
         x = factors.solve(right)
         residual = np.linalg.norm(scale * matrix @ x - right)
         norm = np.linalg.norm(scale * matrix, 2)
-        # as in tests/solvers/test_dense.py, with the norm of |R^T||R| at most n times that of A
+        # The bound of tests/solvers/test_dense.py: the norm of |R^T||R| is at most n times that
+        # of A.
         assert residual <= (3 * n * size + 1) * n * size * 2.0**-53 * norm * np.linalg.norm(x)
 
 
 def test_one_thread_and_two_give_the_same_bits(rng):
-    """A matrix of so much work that it goes to all threads, by one and by two: the same bits."""
+    """The matrix needs enough work to be factored by all threads."""
     entries, values, _ = random_matrix(rng, 400, 3, density=2)
     right = rng.normal(size=1200)
     before, found = numba.get_num_threads(), []
@@ -71,8 +76,10 @@ def test_disconnected_components_are_solved_independently(rng):
 
 
 def test_a_grid_is_factored_in_few_operations():
-    """A minimum-degree order of a k x k grid needs some 10 k^3 operations; an order along the
-    rows k^4, which is six times as many here."""
+    """The factorisation of a k x k grid in minimum-degree order takes about 10 k^3 operations.
+
+    An order along the rows of the grid would take k^4, which is six times as many here.
+    """
     k = 60
     number = np.arange(k * k).reshape(k, k)
     right = np.column_stack((number[:, :-1].ravel(), number[:, 1:].ravel()))
@@ -83,7 +90,7 @@ def test_a_grid_is_factored_in_few_operations():
 
 
 def test_the_structure_of_the_factor_is_that_of_elimination_on_sets(rng):
-    """The tree, and the rows of each column, by playing the elimination on sets."""
+    """Tree and columns of the factor are compared with an elimination that is done on sets."""
     for n in (1, 5, 30):
         entries, _, matrix = random_matrix(rng, n, 1, density=2)
         neighbours = [set(np.flatnonzero(row).tolist()) - {i} for i, row in enumerate(matrix)]

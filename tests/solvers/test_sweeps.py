@@ -1,4 +1,4 @@
-"""Projected Gauss-Seidel: against the literal method, and where it ends."""
+"""Projected Gauss-Seidel sweeps: compared with the literal method, and with the optimum."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from validation.scenes.zones import random_zone
 
 
 def swept_by_hand(zone, count):
-    """Displacements after some sweeps over the rows as they are, in dense algebra."""
+    """Return displacements and multipliers after some sweeps, in dense algebra."""
     n = len(zone.masses)
     rows = dense_rows(zone.nodes, zone.weights, zone.normals, n)
     inverse = np.repeat(1.0 / zone.masses, 3)
@@ -47,7 +47,7 @@ def test_sweeps_converge_to_the_optimum(rng, method, n):
         assert found.method == method
         exact = izo_ref.solve_zone(zone)
         scale = np.abs(exact.displacements).max()
-        # a gap of 1e-9 of the objective is a distance of its root
+        # A gap of 1e-9 of the objective allows a distance of its square root.
         assert np.abs(found.displacements - exact.displacements).max() <= 1e-3 * scale
 
 
