@@ -1,4 +1,4 @@
-"""Compiled code on the disk."""
+"""Commands that show, fill and clear the compiled code on disk."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ from izo_ref.app.cli import main
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder of compiled code, and one of other sources beside it."""
+    """Make a folder of compiled code, and beside it one of older sources; return the first."""
     for name in ("now", "before"):
         (tmp_path / name / "serial_1").mkdir(parents=True)
         (tmp_path / name / "serial_1" / "dot.nbi").write_bytes(b"12345")

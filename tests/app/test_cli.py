@@ -1,3 +1,5 @@
+"""The command `izo`: its exit codes, what it prints, and the files that it writes."""
+
 import json
 import subprocess
 import sys
@@ -12,11 +14,13 @@ from tests.helpers.shapes import pinched_sheet, vertex_over_face
 
 @pytest.fixture
 def step(tmp_path):
+    """Write a step in which one vertex falls through a face, and return the file."""
     save_scene(tmp_path / "step.npz", vertex_over_face())
     return tmp_path / "step.npz"
 
 
 def run(*arguments):
+    """Run the command in this process and return its exit code."""
     return main([str(a) for a in arguments])
 
 
@@ -25,7 +29,7 @@ def test_resolve_writes_positions_and_report(step, tmp_path, capsys):
     assert run("resolve", step, "-o", out, "--thickness", "0.1", "--json", report) == 0
     said = capsys.readouterr()
     assert said.out.startswith("FREE")
-    assert said.err == ""  # quiet when piped
+    assert said.err == ""  # no progress is printed where the output is not a terminal
     content = json.loads(report.read_text())
     assert content["status"] == "FREE"
     assert content["thickness_m"] == 0.1

@@ -1,3 +1,5 @@
+"""The demo: its scene, its page and its pictures."""
+
 import re
 
 import numpy as np
@@ -18,6 +20,7 @@ def test_the_scene_has_the_documented_size_and_bodies():
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
+    """Write the demo once: the result and its page."""
     return write_demo(tmp_path_factory.mktemp("demo"))
 
 
@@ -56,7 +59,7 @@ def test_near_triangles_hide_those_behind_them(tmp_path):
     from PIL import Image
 
     near = np.array([[-1, -1, -1], [1, -1, -1], [0, -1, 1.0]])
-    positions = np.concatenate((near + (0, 2, 0), near))  # the farther one first, then last
+    positions = np.concatenate((near + (0, 2, 0), near))  # the first triangle is farther away
     for order in ([0, 1], [1, 0]):
         faces = np.array([[0, 1, 2], [3, 4, 5]])[order]
         colors = np.array([[200, 0, 0], [0, 0, 200]])[order]

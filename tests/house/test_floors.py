@@ -10,15 +10,16 @@ from validation import house
 README = house.ROOT / "README.md"
 PACKAGE = house.ROOT / "izo_ref"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-# Inside a stage. Kernels of one target never import those of another; a test below checks it.
+# Floors inside a stage. Kernels of one target never import those of the other: see below.
 INNER_FLOOR = {"formulas": 0, "serial": 1, "cpu": 2, "cuda": 2}
 HOST_FLOOR = 3
 
 
 def inner_floor(module):
-    """The floor of a module inside its stage: the host's files stand above the folders.
+    """Return the floor of a module inside its stage.
 
-    In `base` the plain files are the ground, below the folders.
+    The files of the host are above the folders of the stage. In `base`, the plain files are
+    below the folders.
     """
     parts = module.split(".")
     if len(parts) > 3:
@@ -46,7 +47,7 @@ def test_imports_inside_a_stage_point_down(path):
         if importer != own or house.room_of(imported) != house.room_of(own):
             continue
         if house.NAMED.search(path.read_text().splitlines()[line - 1]):
-            continue  # the implementation for a GPU of a function below
+            continue  # the name of a GPU implementation, which is imported when it is used
         assert inner_floor(imported) <= inner_floor(importer), f"{path}:{line}: {imported}"
 
 
@@ -82,6 +83,7 @@ def test_named_gpu_implementations_exist():
 
 
 def is_of_a_gpu(module):
+    """Return whether a module needs a GPU."""
     return ".cuda" in module or module.split(".")[-1].startswith("gpu_")
 
 
@@ -101,6 +103,7 @@ def test_gpu_modules_are_imported_through_devices_alone():
 
 
 def _imported(path):
+    """Return the names of the modules that a file imports from."""
     nodes = ast.walk(ast.parse(path.read_text()))
     return {getattr(node, "module", None) or "" for node in nodes}
 

@@ -1,4 +1,4 @@
-"""A numbering that the caller's has no part in."""
+"""The geometric numbering, in which results do not depend on the caller's numbering."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ def test_faces_do_not_depend_on_the_numbering(rng, monkeypatch, largest):
     monkeypatch.setattr(numbering, "LARGEST_CORNER", largest)
     scene = two_sheets(rng, 5)
     expected = renumbered(scene, geometric_order(scene))
-    # corners in turn, and each face as it was oriented
+    # Faces are sorted by their corners, and each keeps its orientation.
     corners = {tuple(np.roll(face, -np.argmin(face))) for face in expected.faces.tolist()}
     assert [tuple(face) for face in expected.faces.tolist()] == sorted(corners)
     again = renumbered(scene, rng.permutation(len(scene.masses)))
@@ -45,7 +45,7 @@ def test_renumbering_changes_nothing_beyond_rounding(rng):
 
 
 def test_impacts_at_equal_times_are_resolved_alike_in_any_numbering(rng):
-    """Impacts at equal times: what decides between them must not be an index."""
+    """On two regular grids, many impacts have equal times; no index may decide between them."""
     low, faces = grid(7)
     start = np.concatenate((low, low + (0.0, 0.0, 0.05)))
     start[49:, :2] += 0.031

@@ -1,4 +1,4 @@
-"""What is left out changes nothing, and is said."""
+"""The plan: what it leaves out changes no result, and it lists what it leaves out."""
 
 import numpy as np
 import pytest
@@ -24,12 +24,13 @@ SLOW_STEPS = ("sheets-50k", "armadillo-rollers", "cloth-ball-clean")
 
 
 def lines(scene, **options):
+    """Return {part: line} of the plan of a scene."""
     needed = izo_ref.plan(scene, Options(**options))
     return {line.part: line for line in needed.lines}
 
 
 def far_apart(*scenes):
-    """One scene of several that cannot meet."""
+    """Join several scenes into one, so far apart that they cannot meet."""
     firsts = np.cumsum([0] + [len(scene.masses) for scene in scenes])
     shifts = 10.0 * np.arange(len(scenes))[:, None] * (1.0, 0.0, 0.0)
     return izo_ref.Scene(
@@ -42,6 +43,7 @@ def far_apart(*scenes):
 
 
 def same_results(a, b):
+    """Check that two results have the same bits and the same history."""
     for x, y in zip(a.impacts, b.impacts, strict=True):
         np.testing.assert_array_equal(x, y)
     np.testing.assert_array_equal(a.positions, b.positions)
@@ -51,12 +53,13 @@ def same_results(a, b):
 
 
 def check_step(name):
+    """Resolve a step with the plan and without it, and compare."""
     scene = load_step(name)
     needed = izo_ref.resolve(scene, 1e-4)
     same_results(needed, izo_ref.resolve(scene, 1e-4, options=Options(plan=("closed-form",))))
     everything = izo_ref.resolve(scene, 1e-4, options=Options(plan="everything"))
     assert everything.status is needed.status
-    # zones agree to their tolerance, and each is optimal by the same judge
+    # Zones agree to their tolerance, and the same judge finds each optimal.
     assert everything.converged == needed.converged
     assert everything.objective == pytest.approx(needed.objective, rel=1e-6)
 
@@ -87,7 +90,7 @@ def test_each_rule_alone_changes_no_bit(rng, left_out, pinned_below):
 
 
 def test_unchanged_large_zones_end_with_the_same_bits(rng):
-    """All zones of more than one impact go the way of large ones, from their last solution."""
+    """With `small_zone=1`, all zones of several impacts are solved from their last solution."""
     scene = far_apart(two_sheets(rng), two_sheets(rng, n=6), two_sheets(rng, n=10))
     rules = tuple(rule for rule in RULES if rule != "changed-zones")
     once = izo_ref.resolve(scene, options=Options(small_zone=1))

@@ -1,3 +1,5 @@
+"""A whole step: where it ends, what it keeps, and what it reports."""
+
 import threading
 
 import numba
@@ -13,7 +15,7 @@ from tests.helpers.steps import load_step
 
 
 def assert_sound(scene, result, thickness):
-    """What every free result has to satisfy."""
+    """Check all that a free and converged result promises."""
     assert result.status is Status.FREE
     assert result.certificate.free
     assert result.converged
@@ -31,12 +33,12 @@ def assert_sound(scene, result, thickness):
 
 
 def test_a_falling_vertex_ends_at_the_thickness_above_the_face():
-    """A vertex of mass 1 falls through a fixed face and ends at the thickness above it."""
+    """The face is pinned, so the vertex, of mass 1, makes the whole correction."""
     scene = vertex_over_face(pinned=(True, True, True, False))
     result = izo_ref.resolve(scene, thickness=0.125)
     assert_sound(scene, result, 0.125)
     np.testing.assert_allclose(result.positions[3], [0.25, 0.25, 0.125], atol=1e-12)
-    # of three free vertices of mass 1, one moved by 1.125
+    # One of three unpinned vertices of mass 1 moves by 1.125.
     assert result.objective == pytest.approx(1.125**2 / 3)
 
 
@@ -79,7 +81,7 @@ def test_momentum_is_kept_by_zones_without_pinned_vertices(rng):
             continue
         moved = (result.positions - scene.positions_t1)[vertices]
         forces = scene.masses[vertices, None] * moved
-        # positions of size 1 are rounded: u each
+        # Positions of size 1 are rounded by u each.
         assert np.abs(forces.sum(axis=0)).max() <= 2.0**-52 * scene.masses[vertices].sum()
         checked += 1
     assert checked > 0
@@ -98,6 +100,7 @@ def test_relinearization_never_increases_the_objective(rng):
 
 
 def same_bits(a, b):
+    """Check that two results have the same bits."""
     np.testing.assert_array_equal(a.positions, b.positions)
     np.testing.assert_array_equal(a.multipliers, b.multipliers)
     for x, y in zip(a.impacts, b.impacts, strict=True):
@@ -105,6 +108,7 @@ def same_bits(a, b):
 
 
 def with_threads(n, scene, *args):
+    """Resolve a scene with n threads."""
     before = numba.get_num_threads()
     numba.set_num_threads(n)
     try:
@@ -150,7 +154,7 @@ def test_pinned_sheets_that_meet_block_the_step():
     assert not result.certificate.free
     meeting = result.certificate.meeting.nodes
     assert scene.pinned[meeting].all(axis=1).any()
-    # the gap of 0.2 closes at t = 0.2 / 0.25
+    # The pinned sheets close the gap of 0.2 at t = 0.2 / 0.25.
     assert 0.0 < result.time_free <= 0.8 + 1e-12
     part = scene.positions_t0 + 0.999 * result.time_free * (result.positions - scene.positions_t0)
     assert izo_ref.certify_path(scene, part).free
@@ -183,6 +187,7 @@ def test_the_thickness_has_a_default_and_bad_values_are_refused():
 
 
 def has_gpu():
+    """Return whether this machine has a GPU that can be used."""
     try:
         require_gpu()
     except errors.DeviceUnavailableError:
@@ -218,7 +223,7 @@ def test_scaled_units_give_the_scaled_positions(rng, scale):
 
 
 def test_steps_far_from_the_origin_end_free(rng):
-    """Where a thousandth of an edge is near the rounding of the coordinates."""
+    """Far away, a thousandth of an edge is near the rounding of the coordinates."""
     scene = two_sheets(rng, 12)
     for shift in (1e3, 1e5):
         far = izo_ref.Scene(
@@ -231,7 +236,7 @@ def test_steps_far_from_the_origin_end_free(rng):
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-9, 1e-12])
 def test_triangles_at_rest_a_hair_apart_are_free(rng, gap):
-    """Two triangles in one plane, turned any way, a hair apart and at rest."""
+    """Two triangles rest in one plane, which is turned at random, with a small gap in between."""
     flat = np.array([[0, 0], [1, 0], [0.4, 1], [0.45, -gap], [0.2, -1], [0.9, -1]])
     for _ in range(10):
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
@@ -239,7 +244,7 @@ def test_triangles_at_rest_a_hair_apart_are_free(rng, gap):
         try:
             scene = izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
         except errors.InitialIntersectionError:
-            assert gap < 1e-10  # turning it has rounded the gap away
+            assert gap < 1e-10  # the rotation has rounded the gap away
             continue
         assert izo_ref.resolve(scene).status is Status.FREE
         drift = scene.positions_t0 + 0.3 * rng.normal(size=3)

@@ -1,4 +1,4 @@
-"""Scaling back: the fallback where the loop ends with pairs that still meet."""
+"""Scaling back: the fallback for pairs that still meet when the loop ends."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from tests.helpers.shapes import pinched_sheet, two_sheets
 
 
 def test_a_sheet_that_does_not_fit_falls_back_or_is_blocked():
-    """Twice the thickness is asked for between parts that leave less."""
+    """The sheet needs a thickness on both sides, and the pinned sheets leave less."""
     scene = pinched_sheet(0.01, bump=0.2)
     result = izo_ref.resolve(scene, thickness=0.02)
     assert result.status in (Status.FREE_BY_FALLBACK, Status.BLOCKED)

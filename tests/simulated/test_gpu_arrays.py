@@ -1,4 +1,4 @@
-"""Sums, choices and orders on the device, against numpy."""
+"""Operations on arrays of a GPU, compared with numpy."""
 
 import sys
 import types
@@ -20,7 +20,7 @@ SIZES = [1, 3, TILE, 3 * TILE + 3]
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    """The simulator has a thread of the system for each of a block."""
+    """Make blocks small: the simulator starts a thread of the system for each of their threads."""
     sizes = {"THREADS": THREADS, "ITEMS": ITEMS, "TILE": TILE, "TILES": 4 * TILE}
     for module in (_jit, kernels, arrays):
         for name, value in sizes.items():
@@ -60,7 +60,7 @@ def test_long_arrays_are_sorted_by_cupy_if_it_is_installed(rng, monkeypatch):
     monkeypatch.setitem(sys.modules, "cupy", cupy)
     keys = rng.integers(-3, 4, 5 * TILE)
     for there in (False, True):
-        # the simulator never says that it is there
+        # In the simulator, cupy is never reported as installed.
         assert not interop.has_cupy()
         monkeypatch.setattr(arrays, "has_cupy", lambda there=there: there)
         order = arrays.to_cpu(arrays.stable_argsort(arrays.to_gpu(keys)))
@@ -74,7 +74,7 @@ def test_columns_are_reduced_to_sum_largest_and_least(rng, n):
         own = arrays.to_gpu(values)
         assert arrays.reduce(own, LARGEST, 1) == values[:, 1].max()
         assert arrays.reduce(own, LEAST, 2) == values[:, 2].min()
-        # of n terms, whatever the order
+        # the rounding of a sum of n terms in any order
         bound = n * 2.0**-53 * np.abs(values[:, 0]).sum()
         assert abs(arrays.reduce(own, SUM) - values[:, 0].sum()) <= bound
 
@@ -91,6 +91,8 @@ def test_rows_are_taken_and_concatenated(rng):
 
 
 def refusing(message):
+    """Return a `device_array` that fails with this message."""
+
     def device_array(shape, dtype):
         raise arrays.CudaAPIError(2, message)
 

@@ -1,4 +1,4 @@
-"""The augmented-Lagrangian methods on the device, against those of the processor."""
+"""The augmented-Lagrangian methods on the GPU, compared with those on the CPU."""
 
 import numpy as np
 import pytest
@@ -17,23 +17,26 @@ from izo_ref.zones.system import problem_system
 from tests.helpers.grids import blocks_together
 from tests.helpers.shapes import random_problem
 
-# compiled, x / 0 is inf without a word
+# In compiled code, x / 0 is inf without a warning; in the simulator numpy warns.
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
 
 
 def blocks_of(monkeypatch, n_threads, warp):
+    """Make all blocks have `n_threads` threads, in warps of `warp` threads."""
     monkeypatch.setattr(lagrangian, "FEW", n_threads)
     monkeypatch.setattr(lagrangian, "MANY", n_threads)
     monkeypatch.setattr(group, "WARP", warp)
 
 
-# one; as many as add each for itself; so few that each has several parts to add
+# (threads of a block, threads of a warp): one thread; a block within one warp; a block of
+# several warps, whose threads add several partial sums each
 BLOCKS = [(1, 2), (3, 4), (5, 2)]
 
 
 def sums_and_maxima(group, values, out):
+    """Write the sums and maxima that this thread gets from its group."""
     k = group.rank()
-    for _ in range(3):  # memory of the one before may still be read
+    for _ in range(3):  # other threads may still read the memory of the round before
         a, b, c = group_sums(group, values[k, 0], values[k, 1], values[k, 2])
         d, e = group_maxima(group, values[k, 0], values[k, 1])
         f = group_sum(group, values[k, 2])
@@ -58,7 +61,8 @@ def test_all_threads_of_a_group_get_the_same_sums(rng, monkeypatch, n_threads, w
     sums, largest = values.sum(axis=0), values.max(axis=0)
     for row in out:
         assert np.array_equal(row, out[0])
-    bound = 2.0 * n * 2.0**-53 * np.abs(values).sum(axis=0)  # of n terms, both sides
+    # Both sums of n terms are rounded.
+    bound = 2.0 * n * 2.0**-53 * np.abs(values).sum(axis=0)
     assert (np.abs(out[0, :3] - sums) <= bound).all()
     assert np.array_equal(out[0, 3:5], largest[:2])
     assert out[0, 5] == out[0, 2]
@@ -78,7 +82,7 @@ def test_zones_solved_by_one_block_each_are_those_of_the_cpu(
     assert expected.iterations.max() > 2
     assert np.array_equal(found.iterations, expected.iterations)
     assert np.array_equal(found.methods, expected.methods)
-    # sums in another order: a few roundings a step, which 30 steps do not let grow
+    # The GPU sums in another order: a few roundings in each of at most 30 steps.
     size = np.abs(expected.displacements).max()
     np.testing.assert_allclose(found.displacements, expected.displacements, atol=1e-13 * size)
     if n_threads == 1:

@@ -1,4 +1,4 @@
-"""Detection on the device, against that of the processor: the same bits."""
+"""Detection on the GPU finds what detection on the CPU finds, with the same bits."""
 
 from itertools import pairwise
 
@@ -14,6 +14,7 @@ from tests.helpers.shapes import two_sheets, vertex_over_face
 
 
 def scenes(rng):
+    """Return small scenes by name; nothing moves in the last one."""
     sheets = two_sheets(rng, 4)
     still = two_sheets(rng, 3)
     still.positions_t1[:9] = still.positions_t0[:9]
@@ -47,7 +48,7 @@ def test_boxes_hold_all_elements_and_lanes_mark_the_moving_ones(rng):
     still = rng.random(len(scene.masses)) < 0.8
     scene.positions_t1[still] = scene.positions_t0[still]
     detector = detect.Detector(scene)
-    for elements in detector._elements:  # what was there before is not to matter
+    for elements in detector._elements:  # old values in the boxes above leaves must not matter
         n = len(elements.tree.nodes)
         for first in elements.levels[:-1]:
             for i in range(n):

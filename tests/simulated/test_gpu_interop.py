@@ -1,4 +1,4 @@
-"""Arrays that are on a device already."""
+"""Scenes whose arrays are already on a GPU."""
 
 from types import SimpleNamespace
 
@@ -16,6 +16,7 @@ from tests.helpers.shapes import two_sheets
 
 
 def arguments(scene, send=cuda.to_device):
+    """Return the arrays of a scene, each sent to the GPU."""
     columns = scene.positions_t0, scene.positions_t1, scene.faces, scene.masses, scene.pinned
     return [send(column) for column in columns]
 
@@ -43,7 +44,7 @@ def test_positions_on_the_gpu_are_not_sent_again(rng, monkeypatch):
         monkeypatch.setattr(f"izo_ref.{module}.to_gpu", lambda a: sent.append(a.shape) or send(a))
     izo_ref.resolve(scene, 1e-3, "cuda")
     assert sent
-    # the certificate alone, which is not looked at here, takes what is returned on the processor
+    # Only the certificate, which is not recorded here, takes the positions returned on the CPU.
     assert (len(scene.masses), 3) not in sent
 
 
@@ -74,15 +75,17 @@ def test_bad_gpu_arrays_are_named(rng):
 
 
 class OfDlpack:
-    """What PyTorch and others hand out, here of the processor's memory."""
+    """An array with DLPack alone, as PyTorch and others have them, here in memory of the CPU."""
 
     def __init__(self, array, device):
         self._array, self._device = array, device
 
     def __dlpack__(self, **kwargs):
+        """Return the capsule of the array."""
         return self._array.__dlpack__()
 
     def __dlpack_device__(self):
+        """Return the kind and the number of the device that the array claims to be on."""
         return self._device
 
 
@@ -99,7 +102,7 @@ def test_an_array_with_dlpack_alone_is_described():
     [(None, True, True), (1, True, False), (None, False, False), (1, False, False)],
 )
 def test_arrays_still_being_written_are_waited_for(monkeypatch, stream, has_dlpack, by_dlpack):
-    """By the stream that an array names, or by DLPack; where it has neither, nobody can."""
+    """The array names a stream, or DLPack waits; with neither, no caller can wait."""
     array = SimpleNamespace(__cuda_array_interface__={"version": 3, "stream": stream})
     if has_dlpack:
         array.__dlpack__ = None
@@ -109,7 +112,7 @@ def test_arrays_still_being_written_are_waited_for(monkeypatch, stream, has_dlpa
 
 
 class OfTorch:
-    """A tensor that is differentiated: it says what it is once it is detached."""
+    """A tensor that requires gradients: its values can be read only after `detach`."""
 
     requires_grad = True
 
@@ -117,13 +120,16 @@ class OfTorch:
         self._values = values
 
     def detach(self):
+        """Return the values."""
         return self._values
 
     @property
     def __cuda_array_interface__(self):
+        """Refuse to describe the array."""
         raise RuntimeError("requires grad")
 
     def __array__(self, *_, **__):
+        """Refuse to become a numpy array."""
         raise RuntimeError("requires grad")
 
 
@@ -138,21 +144,30 @@ def test_tensors_that_require_gradients_are_detached(rng, send):
 
 
 class Managed(np.ndarray):
+    """An array in managed memory, which numpy can read."""
+
     __cuda_ndarray__ = True
 
 
 class Spread:
+    """An array that is spread over several devices."""
+
     def __dlpack_device__(self):
+        """Refuse to name one device."""
         raise BufferError("on several devices")
 
 
 class Backwards:
+    """An array of a GPU with negative strides, which cannot be copied."""
+
     __cuda_ndarray__ = True
 
     def bind(self):
+        """Return the array itself."""
         return self
 
     def copy_to_host(self):
+        """Refuse the copy."""
         raise NotImplementedError("negative strides")
 
 

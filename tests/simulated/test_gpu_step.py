@@ -1,4 +1,4 @@
-"""A whole step on the device, against one on the processor."""
+"""A whole step on the GPU, compared with one on the CPU."""
 
 import numpy as np
 import pytest
@@ -22,6 +22,7 @@ def small_pinched_sheet(end_gap):
 
 
 def scenes(rng):
+    """Return small scenes by name; nothing moves in the last one."""
     apart = two_sheets(rng, 2)
     apart.positions_t1[:] = apart.positions_t0
     return {
@@ -34,6 +35,7 @@ def scenes(rng):
 
 
 def assert_same(found, expected):
+    """Check that two results have the same bits, except for the objectives of the history."""
     assert found.status is expected.status
     assert np.array_equal(found.positions, expected.positions)
     assert np.array_equal(found.multipliers, expected.multipliers)
@@ -46,9 +48,9 @@ def assert_same(found, expected):
     for own, other in zip(found.history, expected.history, strict=True):
         assert own[:3] == other[:3]
         assert own[4:9] == other[4:9]
-        # sums in another order: of n terms, each not negative
+        # The GPU sums in another order n terms that are not negative.
         assert own.objective == pytest.approx(other.objective, rel=1e-13)
-    if found.history[0].round == 0:  # later ones of the processor leave out what did not move
+    if found.history[0].round == 0:  # later detections on the CPU skip what did not move
         assert found.history[0].candidates == expected.history[0].candidates
 
 
@@ -137,7 +139,7 @@ def test_zones_of_one_block_or_all_blocks_end_near_the_cpu(rng, monkeypatch, nam
     assert found.status is Status.FREE
     for own, other in zip(found.impacts[:2], expected.impacts[:2], strict=True):
         assert np.array_equal(own, other)
-    # both within a gap of 1e-9 of the optimum, so within sqrt(2e-9) of how far that is
+    # Both have a gap of at most 1e-9, so each is within sqrt(2e-9) of the distance to the optimum.
     offsets = [r.positions - scene.positions_t1 for r in (found, expected)]
     size = np.sqrt((scene.masses[:, None] * offsets[1] ** 2).sum())
     apart = np.sqrt((scene.masses[:, None] * (offsets[0] - offsets[1]) ** 2).sum())
@@ -155,7 +157,7 @@ def test_each_method_takes_the_steps_of_the_cpu(rng, monkeypatch, named):
     monkeypatch.setattr(lagrangian, "MANY", 3)
     scene = two_sheets(rng, 2, pinned_below=True)
     scene.masses[:] = rng.uniform(1.0, 9.0, len(scene.masses))
-    # so few that roundings do not grow, nor decide when a zone is done
+    # So few steps that roundings neither grow nor decide when a zone is done.
     options = Options(**named, max_steps=6, relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)

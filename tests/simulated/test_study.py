@@ -1,4 +1,4 @@
-"""What the study of the device says, of a scene made here."""
+"""The study of the GPU writes its rows and its page, on a tiny scene."""
 
 import subprocess
 
@@ -15,6 +15,7 @@ from validation.study.parts import run_parts
 
 @pytest.fixture
 def one_step(monkeypatch):
+    """Make the study measure one tiny step and two tiny zones, once each."""
     monkeypatch.setattr(cuda.steps, "step_names", lambda: ["falls"])
     monkeypatch.setattr(cuda.steps, "load_step", lambda name: vertex_over_face())
     monkeypatch.setattr(cuda, "REPEATS", 1)
@@ -57,7 +58,7 @@ def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
 
 def test_launches_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(cuda, "COUNTED", (8,))
-    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # it is
+    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # conftest.py has called it
     run_parts(cuda.PARTS, tmp_path / "rows", "launches", print)
     (row,) = read(tmp_path / "rows", "launches")
     assert row["gpu"] == "simulator"

@@ -1,3 +1,5 @@
+"""The proved bound on the distance of an answer to the optimum, against exact distances."""
+
 import math
 
 import numpy as np
@@ -10,19 +12,20 @@ from validation.scenes.zones import random_zone
 
 
 def exact(problem, multipliers):
+    """Return the exact zone, its optimum, and the distance from the proposed positions to it."""
     zone = ExactZone(problem)
     optimum = zone.solve(active_rows(multipliers))
     return zone, optimum, zone.distance(optimum.moves, zone.still)
 
 
 def off_by(rng, problem, moves, size):
-    """Displacements at a random distance of `size` in the norm of the masses."""
+    """Return displacements that are off by `size` in a random direction, in the mass norm."""
     offset = rng.normal(size=moves.shape) / np.sqrt(problem.masses)[:, None]
     return moves + offset * size / math.sqrt((problem.masses[:, None] * offset**2).sum())
 
 
 def independent(problem, solution):
-    """Whether the different rows that are active are well away from dependent."""
+    """Return whether the active constraints, without duplicates, are far from dependent."""
     touching = problem.gaps(solution.positions) < 1e-6 * problem.thickness
     rows = np.flatnonzero((solution.multipliers > 0.0) | touching)
     entries = np.zeros((len(rows), len(problem.masses), 3))
@@ -36,10 +39,10 @@ def independent(problem, solution):
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
 @pytest.mark.parametrize("n_impacts", [1, 4, 16, 48])
 def test_the_bound_is_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_ratio):
-    """Against the exact optimum, from far to near, with multipliers that are off as well.
+    """Answers are far from the exact optimum or near it, and their multipliers are off as well.
 
-    Rows that are dependent, or nearly so, leave a floor of some 2e-7 of the whole, the
-    square root of the rounding; so those are asked from 1e-5 on only.
+    Dependent or nearly dependent constraints limit the bound to about 2e-7 of the whole
+    displacement, the square root of the rounding. They are tested at distances from 1e-5 up.
     """
     for _ in range(4):
         problem = random_zone(rng, n_impacts, mass_ratio)
@@ -76,8 +79,11 @@ def test_the_bound_holds_for_any_multipliers(rng):
 
 
 def test_solutions_are_proved_close_to_the_optimum(rng):
-    """Independent rows: 1e-12 is proved. Nearly dependent ones: the square root of rounding
-    over how nearly, so much less."""
+    """For independent constraints, a relative distance of 1e-12 is proved.
+
+    For nearly dependent ones, it is the square root of the rounding over how nearly they are
+    dependent, which is much larger.
+    """
     proved = 0
     for _ in range(40):
         problem = random_zone(rng, int(rng.integers(1, 40)), 10.0 ** rng.uniform(0, 12))
@@ -119,7 +125,7 @@ ONE = {
 
 
 def bound_of(displacements, multipliers=None, **changes):
-    """The bound, never below the exact distance, for one problem and displacements."""
+    """Return the bound for one problem and displacements, and check the exact distance."""
     problem = izo_ref.ZoneProblem(**(ONE | changes))
     displacements = np.array(displacements, float)
     if multipliers is None:
@@ -139,7 +145,7 @@ STILL = np.zeros((4, 3))
 
 
 def test_an_obstacle_that_was_moved_gives_no_bound():
-    """Or the problem would be another one, with the obstacle out of the way."""
+    """Otherwise the bound would belong to another problem, without the obstacle in the way."""
     moved = STILL.copy()
     moved[1:, 2] = -1.0
     masses = [1.0, np.inf, np.inf, np.inf]
@@ -157,7 +163,7 @@ def test_the_bound_holds_where_squares_overflow_or_underflow(size):
 
 
 def test_the_bound_holds_for_an_unpinned_vertex_with_a_tiny_weight():
-    """Its row is 1e-165 long, so that its square vanishes; nothing else can move."""
+    """Its constraint has length 1e-165, so its square underflows; all other vertices are pinned."""
     free = {
         "proposed": [[0, 0, 0.3], [0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]],
         "weights": [[1.0, -1.0, -1e-165, 0.0]],
@@ -202,7 +208,7 @@ def test_the_bound_is_infinite_where_nothing_is_known(rng):
 
 
 def test_the_bound_includes_the_rounding_of_slacks(rng):
-    """Rows of size 1 that are violated by 1e-9: slacks are rounded by 1e-7 of the answer."""
+    """Constraints of size 1 are violated by 1e-9; slacks are rounded by 1e-7 of the answer."""
     beyond = 0
     for _ in range(100):
         weights = np.append(1.0, -rng.dirichlet([1.0, 1.0, 1.0]))

@@ -1,3 +1,5 @@
+"""Zones: connected components of impacts, and the problems that they state."""
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from tests.naive.groups import components
 
 
 class Vertices:
-    """As much of a scene as zones look at."""
+    """The part of a scene that zones read."""
 
     def __init__(self, n, pinned=()):
         self.pinned = np.zeros(n, bool)
@@ -19,6 +21,7 @@ class Vertices:
 
 
 def impacts_of(nodes):
+    """Return impacts of the given vertices, without weights and normals."""
     nodes = np.array(nodes, np.int32).reshape(-1, 4)
     n = len(nodes)
     return Impacts(nodes, np.zeros(n, bool), np.zeros(n), np.zeros((n, 4)), np.zeros((n, 3)))
@@ -41,7 +44,7 @@ def test_zones_are_connected_components(rng, n):
 
 
 def test_a_long_chain_in_the_worst_order_is_one_zone():
-    """Merging in one pass, or to a fixed depth, breaks this one."""
+    """Merging in one pass, or to a fixed depth, would split this chain."""
     n = 500
     links = [(3 * i, 3 * i + 1, 3 * i + 2, 3 * i + 3) for i in range(n)]
     order = np.argsort(np.arange(n) * 7919 % n)

@@ -1,3 +1,5 @@
+"""The problem of one zone, and the residuals that judge an answer to it."""
+
 import math
 
 import numpy as np
@@ -30,7 +32,7 @@ def test_bad_input_is_refused_and_named(changes, error, word):
 
 
 def test_residuals_are_those_worked_out_by_hand():
-    """One impact: r = d - gap = 1.5, K = sum a^2 / m = 1 + 1/4 + 1/32 + 1/64."""
+    """For this impact, r = d - gap = 1.5 and K = sum a^2 / m = 1 + 1/4 + 1/32 + 1/64."""
     one = one_impact_problem()
     k = 1.0 + 0.25 + 0.0625 / 2 + 0.0625 / 4
     multiplier = 1.5 / k
@@ -42,7 +44,7 @@ def test_residuals_are_those_worked_out_by_hand():
     short = izo_ref.residuals(one, one.proposed, np.array([0.0]))
     assert short.violation_m == 1.5
     assert short.violation == 3.0
-    assert short.gap == 0.0  # nothing moved, nothing pushes: only the violation tells
+    assert short.gap == 0.0  # nothing moves and nothing pushes, so only the violation shows it
 
     half = izo_ref.residuals(one, one.proposed, np.array([multiplier]))
     assert half.gap == math.inf
@@ -57,7 +59,7 @@ def test_the_gap_is_primal_less_dual(rng):
         zone = random_problem(rng, 5)
         rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.proposed))
         inverse = np.repeat(1.0 / zone.masses, 3)
-        # a feasible point and any multipliers
+        # Any feasible point and any multipliers have this gap.
         x = zone.proposed.ravel() + 0.1 * rng.normal(size=rows.shape[1])
         lift = np.linalg.lstsq(rows, np.maximum(zone.thickness - rows @ x, 0.0) + 0.01, rcond=None)
         x = x + lift[0]
@@ -90,7 +92,7 @@ def test_pinned_vertices_are_no_unknowns():
 
 
 def test_a_violation_does_not_hide_a_gap():
-    """Two rows with equal multipliers, one violated and one open by 1/2: the products cancel."""
+    """Of two constraints, one is violated by 1/2 and one open by 1/2; signed products cancel."""
     zone = izo_ref.ZoneProblem(
         [[0, 1, 2, 3], [4, 1, 2, 3]],
         [[1.0, -0.5, -0.25, -0.25]] * 2,
@@ -104,5 +106,5 @@ def test_a_violation_does_not_hide_a_gap():
     found = izo_ref.residuals(zone, positions, np.array([1.0, 1.0]))
     primal = 0.5 * (0.5**2 + 1.5**2)
     assert found.complementarity == pytest.approx((0.5 + 0.5) / primal)
-    # moved 1/2 and 3/2 where the multipliers pull 1 each: 1/2 (1/4 + 1/4) more
+    # The moves are 1/2 and 3/2 where the multipliers ask for 1 each: 1/2 (1/4 + 1/4) more.
     assert found.gap == pytest.approx((0.25 + 0.5 + 0.5) / primal)
