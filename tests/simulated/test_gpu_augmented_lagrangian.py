@@ -28,8 +28,8 @@ def blocks_of(monkeypatch, n_threads, warp):
     monkeypatch.setattr(group, "WARP", warp)
 
 
-# (threads of a block, threads of a warp): one thread; a block within one warp; a block of
-# several warps, whose threads add several partial sums each
+# (threads of a block, threads of a warp): one thread; a block within one warp; a block of more
+# threads than a warp, whose first threads add several parts each
 BLOCKS = [(1, 2), (3, 4), (5, 2)]
 
 

@@ -1,3 +1,5 @@
+"""The evidence of whole steps: tables, results that are wrong, and the files written."""
+
 import pytest
 
 from validation.__main__ import main
@@ -26,12 +28,12 @@ def test_cells_keep_the_digits_that_matter():
 
 @pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
 def test_the_check_rejects_wrong_results():
-    """The proposal, a vertex pushed through by a nanometre, and layers that swapped."""
+    """Proposed positions, a vertex pushed through by a nanometre, and layers that swapped."""
     rows = wrong_rows()
     assert len(rows) == 3
     for row in rows:
         assert not row["verdict"]["passed"], row["result"]
-        # each by our certificate and by the others; the last at neither end
+        # Our certificate and the others reject each path; swapped layers are free at the end.
         free = {f["by"]: f["passed"] for f in row["verdict"]["facts"] if "free" in f["question"]}
         path = [free[by] for by in free if by not in ("python-fcl", "ipctk")]
         assert path == [False, False], row["result"]

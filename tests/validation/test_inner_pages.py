@@ -1,4 +1,4 @@
-"""The pages of zones and of convergence: figures from rows, none made up."""
+"""The pages of zones and of convergence show figures from rows, and no others."""
 
 import pytest
 
@@ -32,6 +32,7 @@ BASE = {
 
 @pytest.fixture
 def folder(tmp_path):
+    """Write rows of one zone by several solvers, and return their folder."""
     rows = Rows(tmp_path, "inner", Cell._fields)
 
     def add(solver, seconds, **columns):
@@ -70,11 +71,11 @@ def test_the_default_is_compared_with_what_reached_the_tolerance(folder):
 def test_a_default_that_is_too_slow_misses_its_target(folder):
     rows = Rows(folder, "inner", Cell._fields)
     slow = Cell("random-64", "auto", mode="batch")
-    rows.add(**slow._asdict() | BASE | {"seconds": 3e-4})  # the last row of a key counts
+    rows.add(**slow._asdict() | BASE | {"seconds": 3e-4})  # replaces the row of the same key
     (row,) = default_rows(Measured(folder))
     assert row["met"] is False
     assert row["on_front"] is False
-    assert row["met_many"] is True  # the row of two threads is fast
+    assert row["met_many"] is True  # the row of two threads is still fast enough
     assert "1 of 1 targets met, 0 on one thread" in inner.headlines(folder)[0][2]
 
 
@@ -150,6 +151,7 @@ def test_the_page_of_convergence_shows_curves_and_failures(tmp_path):
 
 
 def _family(name, size):
+    """Return a measured family of a given size, without rows."""
     family = Family(name)
     family.size = size
     return family

@@ -1,3 +1,5 @@
+"""The pages of the report: all are written, none is broken, and figures come from rows."""
+
 import math
 import re
 import subprocess
@@ -18,7 +20,7 @@ WIDTHS = "[document.documentElement.scrollWidth, window.innerWidth]"
 
 
 def sizes_rows(folder):
-    """Rows of steps and zones that grow as 3 n and as n^1.5."""
+    """Write rows of steps and zones whose time grows as n and as n^1.5."""
     rows = Rows(folder, "scaling", scaling.KEYS)
     for size in (1_000, 10_000, 100_000, 1_000_000):
         stages = {f"{name}_s": size * 1e-6 for name in ("total", "detect", "certify", "door")}
@@ -35,7 +37,7 @@ def sizes_rows(folder):
 
 
 def steps_rows(folder):
-    """A step with a peer, one without, one that is blocked."""
+    """Write rows of a step with a peer, one without, one that is blocked, one that fails."""
     rows = Rows(folder, "outer", outer.KEYS)
     for name, factor in (("sheets", 1.0), ("cloth <b>", 3.0)):
         for setting in outer.settings(quick=False):
@@ -56,6 +58,7 @@ def steps_rows(folder):
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
+    """Write a report of made-up rows, once for all tests, and return its folder."""
     folder = tmp_path_factory.mktemp("report")
     begin_run(folder / "rows", "python -m validation report", False)
     sizes_rows(folder / "rows")
@@ -79,7 +82,7 @@ def test_every_page_is_written_and_none_is_broken(report):
 def test_the_start_page_shows_five_figures_and_what_is_missing(report):
     text = check_page(report / "index.html").text
     assert (report / "index.html").read_text().count('class="value"') == 5
-    assert text.count("Not measured yet.") == 2  # of the two pages without rows here
+    assert text.count("Not measured yet.") == 2  # two pages have no rows here
     assert "evidence/README.md: every step file, judged by four judges (not in this folder)" in text
     assert "A step of 1,000,000 triangles" in text
     assert "1 s" in text
@@ -139,7 +142,7 @@ def test_a_step_study_writes_every_row_and_resumes(tmp_path, monkeypatch):
     monkeypatch.setattr(outer, "GENERATED", {name: outer.GENERATED[name]})
     monkeypatch.setattr(outer, "_warm_up", lambda: None)
     for limit in ("LONG_S", "QUICK_LIMIT_S"):
-        monkeypatch.setattr(outer, limit, math.inf)  # it may compile
+        monkeypatch.setattr(outer, limit, math.inf)  # the first step may have to compile
     said = []
     outer.run(tmp_path, True, said.append)
     rows = read(tmp_path, "outer")
@@ -170,6 +173,7 @@ def test_a_step_that_takes_too_long_or_is_refused_is_a_row(tmp_path, monkeypatch
 
 
 def crossing_scene():
+    """Make a scene that intersects at its start, which raises an error."""
     from izo_ref import Scene
 
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [2, 2, 1]]
@@ -225,7 +229,7 @@ def test_the_log_keeps_messages_and_durations(tmp_path, monkeypatch):
 
 
 def test_the_peak_of_memory_is_measured():
-    """In a process of its own: the peak of this one may be far above by now."""
+    """It needs a separate process, because the peak of this one may already be far higher."""
     code = (
         "from validation.study.growth import peak_mib; before = peak_mib();"
         "block = bytearray(64 * 2**20); block[::4096] = b'x' * len(block[::4096]);"

@@ -1,3 +1,5 @@
+"""Sheets of any size that meet in a small part of their vertices."""
+
 import numpy as np
 import pytest
 

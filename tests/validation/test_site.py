@@ -1,3 +1,5 @@
+"""Pages of the report: well-formed, without other files, and usable in a browser."""
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ COLUMNS = {"name": "name", "value": "value", "doubled": lambda row: 2 * (row["va
 
 
 def drawing(shift=0.0):
+    """Return a small plot as SVG."""
     figure, ax = plots.new(7.0, 4.0)
     for i in range(3):
         x = 10.0 ** np.arange(5)
@@ -34,6 +37,7 @@ def drawing(shift=0.0):
 
 
 def write(path, extra=""):
+    """Write a page with plots, a table and a folded section."""
     two = site.panels([drawing(0.1), drawing(0.2)], ["one", "two"])
     sections = [
         ("Plot", site.figure(drawing(), "Time & size", [1])),
@@ -46,6 +50,7 @@ def write(path, extra=""):
 
 @pytest.fixture
 def page(tmp_path):
+    """Write a page, and return its file."""
     write(tmp_path / "scaling.html")
     return tmp_path / "scaling.html"
 
@@ -103,7 +108,7 @@ def test_plots_have_real_text_and_ids_of_their_own():
 
 
 def test_lines_differ_in_greyscale():
-    """By marker and dashes; and the colors of neighbours differ in lightness."""
+    """Markers and dashes differ, and neighbouring colors differ in lightness."""
     grey = {(plots.style(i)["marker"], str(plots.style(i)["linestyle"])) for i in range(60)}
     assert len(grey) == 60
     lightness = []
@@ -128,14 +133,14 @@ SORT = """(function () {
   var table = document.querySelector("table.sortable"), heads = table.tHead.rows[0].cells;
   function names() { return Array.from(table.tBodies[0].rows).map(r => r.cells[0].textContent); }
   function sorts() { return Array.from(heads).map(h => h.getAttribute("aria-sort")); }
-  var told = [[names(), sorts()]];
+  var seen = [[names(), sorts()]];
   [1, 1, 0].forEach(function (i) {
     var button = heads[i].querySelector("button");
     button.focus();
     button.click();
-    told.push([names(), sorts(), document.activeElement === button]);
+    seen.push([names(), sorts(), document.activeElement === button]);
   });
-  return told;
+  return seen;
 })()"""
 
 
@@ -162,7 +167,7 @@ def test_a_page_fits_a_phone(page, tmp_path):
 
 @needs_browser
 def test_the_browser_reports_overflow_and_script_errors(tmp_path):
-    """The two tests before this can fail."""
+    """This shows that the two tests above can fail."""
     write(
         tmp_path / "outer.html",
         '<div style="width:900px">x</div><script>nothing.here();</script>',

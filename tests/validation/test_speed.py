@@ -1,4 +1,4 @@
-"""What the study of speed measures, and what its page says of it."""
+"""The study of speed: what it measures, and what its page shows."""
 
 import numpy as np
 import pytest
@@ -16,12 +16,13 @@ SPREAD = {"least_s": 0.1, "most_s": 0.9, "repeats": 5}
 
 
 def page(folder):
+    """Write the page and return its text."""
     speed_report(folder, "the command")
     return (folder / "README.md").read_text()
 
 
 def line(text, *cells):
-    """The lines of the tables with all these cells."""
+    """Return the lines of all tables that contain these cells."""
     rows = [[c.strip() for c in row.split("|")] for row in text.splitlines() if row[:1] == "|"]
     return [row for row in rows if set(cells) <= set(row)]
 
@@ -36,7 +37,7 @@ def test_ratios_are_compared_with_their_targets(tmp_path):
         rows.add(step="a", what=what, threads=count, median_s=seconds, found=7, **SPREAD)
     text = page(tmp_path)
     assert len(line(text, "a", "1.25 MISSED", "0.156 MISSED")) == 1
-    assert len(line(text, "a", "detection", "2")) == 1  # two threads over one
+    assert len(line(text, "a", "detection", "2")) == 1  # the speedup of two threads
 
 
 def test_whole_steps_stand_beside_the_recorded_ones(tmp_path):
@@ -63,7 +64,7 @@ def test_whole_steps_stand_beside_the_recorded_ones(tmp_path):
     text = page(tmp_path)
     assert len(line(text, "a", "0.0625 met", "0.9")) == 1
     assert len(line(text, "b", "0.25 MISSED", "")) == 1
-    assert "CPU 0.125, objective 0.9 met" in text  # of b the objective does not count
+    assert "CPU 0.125, objective 0.9 met" in text  # the objective of b does not count
 
 
 def test_calls_are_made_in_turn():

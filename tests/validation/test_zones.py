@@ -1,4 +1,4 @@
-"""Oracles of zones against each other, and our solver against the exact one."""
+"""Oracles of zones compared with each other, and our solver compared with the exact one."""
 
 import math
 
@@ -19,7 +19,7 @@ from validation.study.zones import MASS_RATIOS, SIZES, random_zone_rows, scaling
 
 
 def test_the_exact_oracle_solves_one_impact_exactly():
-    """K = 1/1 + 1/2 * 1/4 + 1/4 * 1/16 * 2, r = 3/2: all of them rationals."""
+    """K = 1/1 + 1/2 * 1/4 + 1/4 * 1/16 * 2 and r = 3/2 are rational."""
     problem = izo_ref.ZoneProblem(
         [[0, 1, 2, 3]],
         [[1.0, -0.5, -0.25, -0.25]],
@@ -36,12 +36,12 @@ def test_the_exact_oracle_solves_one_impact_exactly():
         multiplier * weight for weight in (1, fmpq(-1, 4), fmpq(-1, 16), fmpq(-1, 16))
     ]
     assert optimum.optimal
-    assert not zone.point([]).optimal  # nothing pushes, and the row is violated
+    assert not zone.point([]).optimal  # without a multiplier, the constraint is violated
     assert zone.distance(optimum.moves, zone.still) == pytest.approx(1.5 / math.sqrt(37 / 32))
 
 
 def test_the_exact_oracle_accepts_the_optimum_alone(rng):
-    """Every other set of active rows gets a no."""
+    """Every other set of active constraints is rejected."""
     for _ in range(20):
         zone = ExactZone(random_zone(rng, 5, 1e6))
         optimum = zone.solve()
@@ -137,12 +137,12 @@ def test_ours_is_the_exact_optimum_to_1e_12_at_every_mass_ratio(random_rows):
     assert {row["mass_ratio"] for row in random_rows} == set(MASS_RATIOS)
     for row in random_rows:
         assert row["error"]["ours"] <= 1e-12, row
-        # and no positions in floats could be much closer
+        # No positions in floats could be much closer.
         assert row["error_of_positions"] <= 2.0 * row["least_of_positions"] + 1e-12
 
 
 def test_dense_oracles_agree_with_the_exact_optimum(random_rows):
-    """To the conditions of these zones: they work on C, whose rows are nearly parallel."""
+    """Their accuracy is limited: they work on C, whose rows are nearly parallel in these zones."""
     for row in random_rows:
         assert row["error"]["NNLS"] <= 1e-10, row
         assert row["error"]["SLSQP, scaled"] <= 1e-10, row
@@ -150,7 +150,7 @@ def test_dense_oracles_agree_with_the_exact_optimum(random_rows):
 
 @pytest.mark.parametrize("solver", list(qp.SETTINGS))
 def test_other_solvers_are_given_the_same_problem(rng, solver):
-    """On well-conditioned zones each is right where it says so, with its multipliers."""
+    """On well-conditioned zones, answers that claim success are optimal, multipliers included."""
     right = 0
     for _ in range(5):
         problem = random_problem(rng, 4, 10.0)
@@ -177,12 +177,12 @@ def test_raw_slsqp_claims_success_and_is_wrong_where_scaled_is_right():
     assert all(row["claims"] for row in rows)
     raw = [row for row in rows if row["form"] != "scaled"]
     assert sum(row["largest_position_error"] > 0.2 for row in raw) >= 6
-    assert max(row["error"] for row in raw) > 100.0  # in the norm that counts
+    assert max(row["error"] for row in raw) > 100.0  # relative, in the norm of the objective
     assert all(row["error"] <= 1e-12 for row in rows if row["form"] == "scaled")
 
 
 def test_raw_slsqp_is_given_the_same_problem(rng):
-    """Equal masses of a size near 1: then it is right as well."""
+    """With equal masses near 1, the unscaled problem is solved correctly too."""
     problem = random_zone(rng, 3)
     zone = ExactZone(problem)
     answer = slsqp.solve_raw(problem, ftol=1e-16, gradients=True)
