@@ -26,7 +26,7 @@ from izo_ref.solvers.augmented_lagrangian import Results
 from izo_ref.solvers.cuda import variables as kernels
 from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
 from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, choose_settings, preset_of
-from izo_ref.solvers.serial.descent import Settings
+from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.variables import MEMORY, Inputs
 
 

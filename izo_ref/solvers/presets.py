@@ -12,7 +12,7 @@ import numpy as np
 from izo_ref.base.arrays import Floats
 from izo_ref.base.options import Options
 from izo_ref.solvers.serial import descent as codes
-from izo_ref.solvers.serial.descent import Settings
+from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.line_search import BACKTRACKING, EXACT, WOLFE
 
 LINE_SEARCHES = {"exact": EXACT, "backtracking": BACKTRACKING, "wolfe": WOLFE}
