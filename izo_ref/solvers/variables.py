@@ -11,10 +11,9 @@ from izo_ref.base.arrays import AnyFloats, AnyInts, Floats, Indices, Ints, Offse
 from izo_ref.base.options import Options
 from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, preset_of
 from izo_ref.solvers.scaled_constraints import ScaledConstraints
-from izo_ref.solvers.serial.descent import LBFGS
-from izo_ref.solvers.serial.descent import NEWTON
-from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.serial.descent import LBFGS, NEWTON
 from izo_ref.solvers.serial.directions.lbfgs import PAIRS
+from izo_ref.solvers.serial.settings import Settings
 from izo_ref.zones.system import ZoneSystem
 
 # Memory of the directions that keep some: vectors as long as x, and single numbers.

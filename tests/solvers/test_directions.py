@@ -3,19 +3,20 @@
 import numpy as np
 import pytest
 
-from izo_ref.solvers.serial.descent import CG
-from izo_ref.solvers.serial.descent import CHEBYSHEV
-from izo_ref.solvers.serial.descent import GRADIENT
-from izo_ref.solvers.serial.descent import JACOBI
-from izo_ref.solvers.serial.descent import LBFGS
-from izo_ref.solvers.serial.lagrangian import MU
-from izo_ref.solvers.serial.descent import NEWTON
-from izo_ref.solvers.serial.descent import choose_direction
+from izo_ref.solvers.serial.descent import (
+    CG,
+    CHEBYSHEV,
+    GRADIENT,
+    JACOBI,
+    LBFGS,
+    NEWTON,
+    choose_direction,
+)
 from izo_ref.solvers.serial.directions.cg import cg_direction
 from izo_ref.solvers.serial.directions.chebyshev import accelerate, goes_uphill, next_omega
 from izo_ref.solvers.serial.directions.lbfgs import PAIRS, lbfgs_direction, remember_pair
 from izo_ref.solvers.serial.directions.newton import newton_direction
-from izo_ref.solvers.serial.lagrangian import evaluate
+from izo_ref.solvers.serial.lagrangian import MU, evaluate
 from tests.helpers.one_zone import one_zone, settings
 from tests.helpers.shapes import random_problem
 
