@@ -1,6 +1,6 @@
 """Zones of the loop in the variables of the augmented-Lagrangian methods, on a GPU, and back.
 
-`variables.py` does the same on the CPU. Here only some of the zones that lie side by
+`solvers/variables.py` does the same on the CPU. Here only some of the zones that lie side by
 side are chosen.
 """
 

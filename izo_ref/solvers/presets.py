@@ -35,9 +35,9 @@ class MethodParameters(NamedTuple):
     short, a large mu makes them few.
     """
 
-    direction: int  # a code of `serial/descent.py`
+    direction: int  # a code of `solvers/serial/descent.py`
     preconditioned: bool  # by the diagonal of the generalised Hessian
-    begin: int  # where line searches begin, a code of `serial/descent.py`
+    begin: int  # where line searches begin, a code of `solvers/serial/descent.py`
     wolfe: float  # c_2: 0.1 and 0.9 as in Nocedal and Wright, p. 34
     mu_every_step: float  # times 1 / (bound of |C C^T|); a penalty that grows begins at a tenth
     mu_inner_solve: float

@@ -1,6 +1,6 @@
 """Zones in the variables of the augmented-Lagrangian methods, laid out for the kernels.
 
-`gpu_variables.py` does the same on a GPU.
+`solvers/gpu_variables.py` does the same on a GPU.
 """
 
 from typing import NamedTuple
@@ -131,7 +131,7 @@ def lay_out(system: ZoneSystem, constraints: ScaledConstraints, direction: int) 
     Args:
         system: The zones.
         constraints: Their constraints in scaled variables.
-        direction: The descent direction, a code of `serial/descent.py`.
+        direction: The descent direction, a code of `solvers/serial/descent.py`.
     """
     zones = np.arange(len(system.impact_offsets))
     _, per_impact, per_vertex = _sizes(system)

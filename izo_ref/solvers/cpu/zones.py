@@ -36,7 +36,7 @@ def scale_constraints(
     coefficients_out: Floats,  # (n_impacts, 4) f8, with the normals, rows of unit length
     rhs_out: Floats,  # (n_impacts,) f8  [m kg^1/2]
     lengths_out: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if it was 0
-    hopeless_out: Flags,  # (n_impacts,) b1, violated, and every vertex of the impact is pinned
+    hopeless_out: Flags,  # (n_impacts,) b1, violated, and no unpinned vertex can change it
 ):
     """Write the constraints of impacts in scaled variables."""
     for j in prange(nodes.shape[0]):
