@@ -12,8 +12,8 @@ import numpy as np
 from izo_ref.base.arrays import Floats
 from izo_ref.base.options import Options
 from izo_ref.solvers.serial import descent as codes
-from izo_ref.solvers.serial.descent import Settings
 from izo_ref.solvers.serial.line_search import BACKTRACKING, EXACT, WOLFE
+from izo_ref.solvers.serial.settings import Settings
 
 LINE_SEARCHES = {"exact": EXACT, "backtracking": BACKTRACKING, "wolfe": WOLFE}
 

@@ -1,4 +1,4 @@
-"""Distance of a vertex and a face, or of two edges, by trying every pair of features."""
+"""Distance of a vertex and a face, or of two edges, by trying every pair of their features."""
 
 import numpy as np
 
@@ -33,7 +33,13 @@ def _line_line(a, b, c, d):
 
 
 def distance(is_edge_edge, start, end, t):
-    """Of a pair of four points each at time t."""
+    """Return the distance of a pair at time t, computed in long double.
+
+    Args:
+        is_edge_edge: kind of the pair.
+        start, end: (4, 3) positions of its nodes at t = 0 and t = 1 [m].
+        t: time.
+    """
     start, end, t = np.asarray(start, L), np.asarray(end, L), L(t)
     a, b, c, d = (1 - t) * start + t * end
     if is_edge_edge:

@@ -1,4 +1,4 @@
-"""What the study of the device says, of a scene made here."""
+"""The study of the GPU writes its rows and its page, on a tiny scene."""
 
 import subprocess
 
@@ -7,7 +7,7 @@ import pytest
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from tests.helpers.shapes import random_problem, vertex_over_face
 from validation.__main__ import _parser
-from validation.report.cuda import cuda_report
+from validation.report.cuda import page
 from validation.rows import read
 from validation.study import cuda
 from validation.study.parts import run_parts
@@ -15,6 +15,7 @@ from validation.study.parts import run_parts
 
 @pytest.fixture
 def one_step(monkeypatch):
+    """Make the study measure one tiny step and two tiny zones, once each."""
     monkeypatch.setattr(cuda.steps, "step_names", lambda: ["falls"])
     monkeypatch.setattr(cuda.steps, "load_step", lambda name: vertex_over_face())
     monkeypatch.setattr(cuda, "REPEATS", 1)
@@ -26,20 +27,19 @@ def one_step(monkeypatch):
     monkeypatch.setattr(lagrangian, "MANY", 2)
 
 
-def test_detection_is_compared_with_the_processor(tmp_path, one_step):
+def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
     run_parts(cuda.PARTS, tmp_path / "rows", "detection", print)
     (row,) = read(tmp_path / "rows", "detection")
     assert (row["step"], row["triangles"], row["impacts"]) == ("falls", 2, 1)
     assert (row["only_gpu"], row["only_cpu"]) == (0, 0)
     assert (row["toi_difference"], row["normal_difference"]) == (0.0, 0.0)
     assert row["gpu"] == "simulator"
-    cuda_report(tmp_path, "the command")
-    text = (tmp_path / "README.md").read_text()
+    text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
     assert text.count("Not measured yet.") == 5
 
 
-def test_whole_steps_and_zones(tmp_path, one_step):
+def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     for part in ("steps", "zones"):
         run_parts(cuda.PARTS, tmp_path / "rows", part, print)
     (row,) = read(tmp_path / "rows", "steps")
@@ -49,15 +49,14 @@ def test_whole_steps_and_zones(tmp_path, one_step):
     assert [row["impacts"] for row in rows] == [3, 5]
     assert max(row["gap"] for row in rows) <= 1e-9
     assert max(row["violation"] for row in rows) <= 1e-9
-    cuda_report(tmp_path, "the command")
-    text = (tmp_path / "README.md").read_text()
+    text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
     assert "| 3 | simulator |" in text
 
 
 def test_launches_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(cuda, "COUNTED", (8,))
-    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # it is
+    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # conftest.py has called it
     run_parts(cuda.PARTS, tmp_path / "rows", "launches", print)
     (row,) = read(tmp_path / "rows", "launches")
     assert row["gpu"] == "simulator"
@@ -65,13 +64,13 @@ def test_launches_are_counted(tmp_path, monkeypatch):
     assert row["arrays"] > row["launches"]
 
 
-def test_each_part_can_be_asked_for():
+def test_each_part_can_be_chosen():
     for part in cuda.PARTS:
         assert _parser().parse_args(["study", "cuda", "--only", part]).only == part
 
 
 @pytest.mark.parametrize("verdict", [0, 9, None])
-def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
+def test_the_verdict_of_the_memory_checks_is_recorded(tmp_path, monkeypatch, verdict):
     run = subprocess.run
 
     def said(command, **kwargs):
@@ -92,7 +91,7 @@ def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
     )
 
 
-def test_pairs_of_one_alone_are_counted():
+def test_pairs_found_by_one_side_alone_are_counted():
     import izo_ref
 
     found = izo_ref.find_impacts(vertex_over_face())

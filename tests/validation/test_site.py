@@ -1,3 +1,5 @@
+"""Pages of the report: well-formed, without other files, and usable in a browser."""
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ COLUMNS = {"name": "name", "value": "value", "doubled": lambda row: 2 * (row["va
 
 
 def drawing(shift=0.0):
+    """Return a small plot as SVG."""
     figure, ax = plots.new(7.0, 4.0)
     for i in range(3):
         x = 10.0 ** np.arange(5)
@@ -34,6 +37,7 @@ def drawing(shift=0.0):
 
 
 def write(path, extra=""):
+    """Write a page with plots, a table and a folded section."""
     two = site.panels([drawing(0.1), drawing(0.2)], ["one", "two"])
     sections = [
         ("Plot", site.figure(drawing(), "Time & size", [1])),
@@ -46,6 +50,7 @@ def write(path, extra=""):
 
 @pytest.fixture
 def page(tmp_path):
+    """Write a page, and return its file."""
     write(tmp_path / "scaling.html")
     return tmp_path / "scaling.html"
 
@@ -75,7 +80,7 @@ def test_a_page_is_well_formed_and_needs_no_other_file(page):
         '<p id="same"></p><p id="same"></p>',
     ],
 )
-def test_the_check_finds_what_is_wrong(tmp_path, wrong):
+def test_the_page_check_finds_each_defect(tmp_path, wrong):
     write(tmp_path / "scaling.html", wrong)
     with pytest.raises(AssertionError):
         check_page(tmp_path / "scaling.html")
@@ -86,7 +91,7 @@ def test_equal_rows_give_equal_pages(page, tmp_path):
     assert (tmp_path / "again" / "scaling.html").read_bytes() == page.read_bytes()
 
 
-def test_a_run_that_is_not_known_is_not_made_up(tmp_path):
+def test_an_unknown_run_is_called_unknown(tmp_path):
     sections = [("Plot", site.figure(drawing(), "Time", [1, 7]))]
     site.write_page(tmp_path / "outer.html", "T", "I", sections, [], [RUN])
     assert "Run 7: unknown" in (tmp_path / "outer.html").read_text()
@@ -102,8 +107,8 @@ def test_plots_have_real_text_and_ids_of_their_own():
     assert not ids[0] & ids[1]
 
 
-def test_lines_are_told_apart_in_grey():
-    """By marker and dashes; and the colors of neighbours differ in lightness."""
+def test_lines_differ_in_greyscale():
+    """Marker and dashes are unique, and the colors of neighbours differ in lightness."""
     grey = {(plots.style(i)["marker"], str(plots.style(i)["linestyle"])) for i in range(60)}
     assert len(grey) == 60
     lightness = []
@@ -128,14 +133,14 @@ SORT = """(function () {
   var table = document.querySelector("table.sortable"), heads = table.tHead.rows[0].cells;
   function names() { return Array.from(table.tBodies[0].rows).map(r => r.cells[0].textContent); }
   function sorts() { return Array.from(heads).map(h => h.getAttribute("aria-sort")); }
-  var told = [[names(), sorts()]];
+  var said = [[names(), sorts()]];
   [1, 1, 0].forEach(function (i) {
     var button = heads[i].querySelector("button");
     button.focus();
     button.click();
-    told.push([names(), sorts(), document.activeElement === button]);
+    said.push([names(), sorts(), document.activeElement === button]);
   });
-  return told;
+  return said;
 })()"""
 
 
@@ -161,8 +166,8 @@ def test_a_page_fits_a_phone(page, tmp_path):
 
 
 @needs_browser
-def test_the_browser_tells_what_goes_wrong(tmp_path):
-    """The two tests before this can fail."""
+def test_the_browser_reports_what_goes_wrong(tmp_path):
+    """The two tests before this one can fail."""
     write(
         tmp_path / "outer.html",
         '<div style="width:900px">x</div><script>nothing.here();</script>',

@@ -2,24 +2,28 @@
 
 from validation.mutants.fault import CPU_SIMULATOR, ELSEWHERE, GPU_SIMULATOR, Fault
 
-CASES = "tests/detection/test_detector.py::test_degenerate_cases"
-CONSTRUCTED = (
-    "tests/detection/test_detector.py::test_no_exact_meeting_is_missed_and_no_time_comes_late"
-)
-INTEGERS = "tests/detection/test_detector.py::test_against_exact_arithmetic_on_small_integers"
-RANDOM = "tests/detection/test_detector.py::test_against_exact_arithmetic_on_random_pairs"
-FRAMES = "tests/detection/test_detector.py::test_frames_of_impacts"
-QUERIES = "tests/detection/test_detector.py::test_no_query_is_missed_and_every_false_alarm_touches"
-ARMADILLO = (
-    "tests/detection/test_detector.py::test_armadillo_rollers_gives_exactly_the_published_pairs"
-)
-SIMULATOR = "tests/cuda/test_simulator.py"
-BROAD = "tests/detection/test_trees.py"
-REACH = "tests/detection/test_detector.py::test_a_reach_holds_for_every_end_within"
+ADVANCE = "tests/detection/test_advance.py"
+CASES = f"{ADVANCE}::test_degenerate_cases_meet_at_the_known_times"
+CONSTRUCTED = f"{ADVANCE}::test_no_exact_meeting_is_missed_and_no_time_comes_late"
+INTEGERS = f"{ADVANCE}::test_small_integer_pairs_are_decided_as_in_exact_arithmetic"
+RANDOM = f"{ADVANCE}::test_random_pairs_are_decided_as_in_exact_arithmetic"
+QUERIES = f"{ADVANCE}::test_no_published_query_is_missed_and_every_false_alarm_touches"
+REACH = f"{ADVANCE}::test_a_proof_with_reach_holds_for_every_end_within_it"
+FRAME = "tests/detection/test_frame.py"
+BY_HAND = f"{FRAME}::test_a_frame_is_the_one_worked_out_by_hand"
+SIGNS = f"{FRAME}::test_every_frame_has_a_unit_normal_and_a_gap_that_changes_sign"
 DETECTOR = "tests/detection/test_detector.py"
 FOLLOWS = f"{DETECTOR}::test_a_detector_that_follows_a_path_finds_what_a_new_one_finds"
+WITHIN_REACH = f"{DETECTOR}::test_impacts_within_the_reach_are_found"
+AT_REST = f"{DETECTOR}::test_a_component_at_rest_is_found_once_something_reaches_it"
+EXCLUDED = f"{DETECTOR}::test_excluded_pairs_are_excluded_everywhere"
+COMPONENTS = "tests/detection/test_components.py"
+FIND = "tests/detection/test_find.py"
+ARMADILLO = f"{FIND}::test_armadillo_rollers_gives_exactly_the_published_pairs"
+TREES = "tests/detection/test_trees.py"
 SCENES = "tests/data/test_scenes.py::test_detection_finds_the_true_pairs_and_no_other"
-CAUGHT = "tests/test_caught.py"
+SCENE = "tests/test_scene.py"
+SIMULATOR = "tests/cuda/test_simulator.py"
 
 DETECTION = [
     Fault(
@@ -140,7 +144,7 @@ DETECTION = [
         "    if gap_t0 < 0.0:\n",
         "    if gap_t0 > 0.0:\n",
         "Normals point to the side on which the pair must not be.",
-        (FRAMES,),
+        (BY_HAND,),
         ELSEWHERE,
     ),
     Fault(
@@ -149,7 +153,7 @@ DETECTION = [
         "    q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)\n",
         "    q1, q2, q3 = lerp3(a1, b1, 1.0), lerp3(a2, b2, 1.0), lerp3(a3, b3, 1.0)\n",
         "Weights and normals are those at t = 1 instead of those at the time of impact.",
-        (FRAMES, "tests/detection/test_detector.py::test_every_impact_has_a_sound_frame"),
+        (BY_HAND, SIGNS),
     ),
     Fault(
         "reach-of-one-side",
@@ -181,7 +185,7 @@ DETECTION = [
         "            self._centres + reach,\n",
         "            self._centres,\n",
         "On one side, boxes hold where vertices are and not how far they may still move.",
-        ("tests/detection/test_detector.py::test_what_meets_within_its_reach_is_found",),
+        (WITHIN_REACH,),
     ),
     Fault(
         "reach-never-left",
@@ -189,7 +193,7 @@ DETECTION = [
         "        left = _largest(positions_t1 - self._centres) > self._reach\n",
         "        left = _largest(positions_t1 - previous_t1) > self._reach\n",
         "A vertex that creeps away in small steps is never searched for again.",
-        ("tests/detection/test_detector.py::test_what_meets_within_its_reach_is_found",),
+        (WITHIN_REACH,),
     ),
     Fault(
         "near-pairs-kept-for-ever",
@@ -213,9 +217,7 @@ DETECTION = [
         "        return bool((self._left_out & ~far).any())\n",
         "        return False\n",
         "A component at rest that was out of reach at first is left out for ever.",
-        (
-            "tests/detection/test_detector.py::test_a_part_at_rest_is_found_once_something_gets_there",
-        ),
+        (AT_REST,),
     ),
     Fault(
         "parts-by-their-start",
@@ -223,7 +225,7 @@ DETECTION = [
         "        low, high = np.minimum(low_t0, low_t1), np.maximum(high_t0, high_t1)\n",
         "        low, high = low_t0, high_t0\n",
         "Whether a moving component reaches one at rest is decided by where it starts.",
-        ("tests/loop/test_plan.py::test_parts", FOLLOWS),
+        (COMPONENTS, FOLLOWS),
     ),
     Fault(
         "boxes-of-the-end-only",
@@ -231,7 +233,7 @@ DETECTION = [
         "            ((box[3] < blocks[block, 0, k]) & (box[9] < blocks[block, 6, k]))\n",
         "            (box[9] < blocks[block, 6, k])\n",
         "Boxes count as apart if they are apart along the first axis at the end of the path only.",
-        (BROAD,),
+        (TREES,),
     ),
     Fault(
         "touching-boxes-apart",
@@ -239,7 +241,7 @@ DETECTION = [
         "(box[3] < blocks[block, 0, k])",
         "(box[3] <= blocks[block, 0, k])",
         "Boxes that only touch along the first axis do not meet.",
-        (CAUGHT, BROAD),
+        (TREES,),
     ),
     Fault(
         "boxes-rounded-each-their-way",
@@ -247,7 +249,7 @@ DETECTION = [
         "        boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)\n",
         "        boxes_out[i, axis + 6] = 0.999999 * min(max(c, -LARGEST_F4), LARGEST_F4)\n",
         "Maxima are rounded down more than minima, so the order of coordinates is lost.",
-        (BROAD,),
+        (TREES,),
         ELSEWHERE,
     ),
     Fault(
@@ -256,7 +258,7 @@ DETECTION = [
         "        shift = 8 * (level - 1)  # levels",
         "        shift = 0 * (level - 1)  # levels",
         "The blocks of a tree level that are still to be entered are forgotten below that level.",
-        (BROAD,),
+        (TREES,),
     ),
     Fault(
         "sums-of-a-block-alone",
@@ -304,7 +306,7 @@ DETECTION = [
         "    for lane in range(min(WIDTH, end - first - WIDTH * parent)):\n",
         "    for lane in range(min(WIDTH - 1, end - first - WIDTH * parent)):\n",
         "Elements below the last lane of each full block of a tree are never candidates.",
-        (BROAD,),
+        (TREES,),
         ELSEWHERE,
     ),
     Fault(
@@ -313,7 +315,7 @@ DETECTION = [
         "            mask &= ALL_LANES << (above & 7)\n",
         "            mask &= ALL_LANES << ((above & 7) + 1)\n",
         "Edges that are neighbours in the tree are never compared with each other.",
-        (BROAD,),
+        (TREES,),
     ),
     Fault(
         "moved-leaves-of-still-queries",
@@ -321,7 +323,7 @@ DETECTION = [
         "        if not (query_lanes >> lane) & 1:\n            mask &= leaf_lanes\n",
         "        if not (query_lanes >> lane) & 1:\n            continue\n",
         "A query that did not move is not made, even where a leaf moved.",
-        (BROAD,),
+        (TREES,),
     ),
     Fault(
         "contacts-beyond-capacity-dropped",
@@ -329,7 +331,7 @@ DETECTION = [
         "    if full.any():\n",
         "    if False:\n",
         "Contacts beyond the capacity of the output are dropped without a message.",
-        (BROAD,),
+        (TREES,),
         GPU_SIMULATOR,
     ),
     Fault(
@@ -348,7 +350,7 @@ DETECTION = [
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.arange(len(keys))\n",
         "Impacts come in the order in which trees or threads found them.",
-        ("tests/detection/test_detector.py",),
+        (DETECTOR, FIND),
         ELSEWHERE,
     ),
     Fault(
@@ -357,7 +359,7 @@ DETECTION = [
         "            order = order[moving[nodes[order]].any(axis=1)]\n",
         "            order = order[moving[nodes[order]].all(axis=1)]\n",
         "Pairs with one node at rest are skipped, as if all their nodes were at rest.",
-        (FRAMES,),
+        (BY_HAND,),
     ),
     Fault(
         "excluded-pairs-not-excluded",
@@ -365,7 +367,7 @@ DETECTION = [
         "            order = order[np.array([key not in self._excluded for key in named], bool)]\n",
         "            order = order[np.array([key is not None for key in named], bool)]\n",
         "Pairs that intersect at the start are examined although they are to be left out.",
-        ("tests/test_scene.py", CAUGHT),
+        (SCENE, EXCLUDED),
     ),
     Fault(
         "excluded-pairs-by-order-of-corners",
@@ -373,7 +375,7 @@ DETECTION = [
         "    nodes[~ee, 1:] = np.sort(nodes[~ee, 1:], axis=1)\n",
         "",
         "An excluded pair is recognised only if its corners come in the same order.",
-        (CAUGHT,),
+        (EXCLUDED,),
     ),
     Fault(
         "coplanar-edge-and-face-apart",
@@ -381,6 +383,6 @@ DETECTION = [
         "    if side_p * side_q > 0:\n",
         "    if side_p * side_q >= 0:\n",
         "At the start, an edge with an end in the plane of a face counts as apart from that face.",
-        ("tests/test_scene.py", CAUGHT),
+        (SCENE,),
     ),
 ]

@@ -90,8 +90,8 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/descent.py",
         "            if has_memory and not idle:\n                remember_step(zone, settings)\n",
         "",
-        "The previous gradient is used as the change of the gradient, so beta and the stored pairs "
-        "are wrong.",
+        "The previous gradient is used as the change of the gradient, so beta and the stored "
+        "pairs are wrong.",
         (LOOP, METHODS),
     ),
     Fault(
@@ -112,7 +112,7 @@ LAGRANGIAN = [
     ),
     Fault(
         "preset-in-own-scaling",
-        "izo_ref/solvers/augmented_lagrangian.py",
+        "izo_ref/solvers/variables.py",
         "        scale = np.add.reduceat(1.0 / unpinned_masses, begin) / per_vertex\n",
         "        scale = per_vertex / np.add.reduceat(unpinned_masses, begin)\n",
         "A preset divides its objective by the mean mass instead of multiplying it by the mean "

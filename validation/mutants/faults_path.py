@@ -4,11 +4,12 @@ from validation.mutants.fault import CPU_SIMULATOR, Fault
 
 RESOLVE = "tests/loop/test_resolve.py"
 CERTIFY = "tests/certificate/test_certify.py"
-CAUGHT = "tests/test_caught.py"
-BY_HAND = "tests/certificate/test_exact_path.py::test_by_hand"
+MEETING = "tests/certificate/test_meeting.py"
+BY_HAND = "tests/certificate/test_exact_path.py::test_meeting_times_are_those_worked_out_by_hand"
 ROOTS = "tests/certificate/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
 EXACT = "tests/certificate/test_exact_path.py"
-BUDGET = "tests/loop/test_resolve.py::test_a_spent_budget_ends_free_by_fallback"
+SCALE_BACK = "tests/loop/test_scale_back.py"
+BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 
 PATHS = [
     Fault(
@@ -25,7 +26,10 @@ PATHS = [
         "            moved = rows_differ(positions_t1, previous_t1)\n",
         "            moved = (positions_t1 != previous_t1).all(axis=1)\n",
         "Incremental detection does not look again at vertices that moved along some axes only.",
-        ("tests/loop/test_resolve.py::test_one_vertex_by_hand", RESOLVE),
+        (
+            "tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face",
+            RESOLVE,
+        ),
     ),
     Fault(
         "zones-with-new-impacts-not-solved-again",
@@ -70,7 +74,7 @@ PATHS = [
         "        step.positions = np.where(\n            kept[:, None], step.positions,"
         " start + scale[:, None] * (step.positions - start)\n        )\n",
         "In each round, vertices that were scaled back are scaled again by their whole scale.",
-        (BUDGET, CAUGHT),
+        (SCALE_BACK,),
     ),
     Fault(
         "fallback-moves-what-was-not-scaled",
@@ -112,9 +116,7 @@ PATHS = [
         "    bound31 = COEFFICIENT_ERROR * (m3 * m1) + TINY\n",
         "    bound12 = bound23 = bound31 = 0.0\n",
         "A contact is called certain although its side may come from rounding.",
-        (
-            "tests/certificate/test_exact_path.py::test_nothing_is_certain_of_pairs_that_touch_or_nearly_do",
-        ),
+        (f"{MEETING}::test_pairs_that_barely_touch_or_miss_are_never_certain",),
     ),
     Fault(
         "edges-cross-by-one-side",
@@ -122,10 +124,7 @@ PATHS = [
         "        return side_b * side_s == -1\n",
         "        return side_b != 0\n",
         "Two edges are said to cross if the ends of one lie on both sides of the other.",
-        (
-            CAUGHT,
-            "tests/certificate/test_exact_path.py::test_certain_meetings_are_true_and_few_are_left_open",
-        ),
+        (MEETING,),
     ),
     Fault(
         "root-at-one-lost",
@@ -165,10 +164,10 @@ PATHS = [
     Fault(
         "nearly-zero-is-zero",
         "izo_ref/certificate/exact_path.py",
-        "            common = _common(time.polynomial, poly)\n",
-        "            return 0\n            common = _common(time.polynomial, poly)\n",
+        "            common = common_divisor(time.polynomial, poly)\n",
+        "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
         "A sign that is not certain on a narrow interval counts as zero.",
-        (BY_HAND, CAUGHT, EXACT),
+        (BY_HAND, EXACT),
     ),
     Fault(
         "meeting-time-rounded-up",

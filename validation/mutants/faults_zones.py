@@ -4,9 +4,9 @@ from validation.mutants.fault import GPU_SIMULATOR, Fault
 
 ZONES = "tests/zones/test_grouping.py"
 SHEETS = "tests/loop/test_resolve.py::test_two_sheets_end_free"
-BY_HAND = "tests/loop/test_resolve.py::test_one_vertex_by_hand"
-CALLERS = "tests/loop/test_resolve.py::test_impacts_come_in_the_callers_numbering"
-RENUMBERED = "tests/loop/test_resolve.py::test_renumbering_changes_nothing_beyond_rounding"
+BY_HAND = "tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face"
+CALLERS = "tests/loop/test_numbering.py::test_impacts_come_in_the_callers_numbering"
+RENUMBERED = "tests/loop/test_numbering.py::test_renumbering_changes_nothing_beyond_rounding"
 
 ZONE = [
     Fault(
@@ -125,7 +125,7 @@ ZONE = [
         "        np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),\n",
         "        np.where(scene.pinned[vertices], np.inf, 1.0),\n",
         "Every unpinned vertex has mass 1.",
-        ("tests/loop/test_resolve.py::test_masses_share_the_correction",),
+        ("tests/loop/test_resolve.py::test_vertices_share_the_correction_by_inverse_mass",),
     ),
     Fault(
         "thickness-ignored",
@@ -144,7 +144,7 @@ ZONE = [
         "Pinned vertices and those that nothing pushes end a rounding away from their proposed "
         "positions.",
         (
-            "tests/loop/test_resolve.py::test_without_collisions_the_proposal_comes_back_bit_for_bit",
+            "tests/loop/test_resolve.py::test_without_impacts_the_proposed_positions_come_back_bit_for_bit",
         ),
     ),
     Fault(
@@ -177,7 +177,9 @@ ZONE = [
         "    codes = morton_codes_of(scene.positions_t0, vertices)\n",
         "    codes = np.arange(len(vertices))\n",
         "The numbering of the caller decides between impacts at equal times.",
-        ("tests/loop/test_resolve.py::test_a_regular_grid_with_ties_in_any_numbering",),
+        (
+            "tests/loop/test_numbering.py::test_impacts_at_equal_times_are_resolved_alike_in_any_numbering",
+        ),
     ),
     Fault(
         "selection-by-one-new-vertex",

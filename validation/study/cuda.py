@@ -20,8 +20,9 @@ from izo_ref.base.devices import require_gpu
 from izo_ref.base.errors import DeviceUnavailableError
 from izo_ref.base.records import Impacts, PairCounts
 from izo_ref.scene import Scene
-from izo_ref.solvers.augmented_lagrangian import Inputs, Results, descend
+from izo_ref.solvers.augmented_lagrangian import Results, descend
 from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.variables import Inputs
 from izo_ref.zones.system import problem_system
 from validation import ptx
 from validation.rows import Rows

@@ -5,7 +5,8 @@ from numba import prange
 from izo_ref.base.arrays import AnyFloats, AnyInts, Floats, Indices, Ints, Offsets
 from izo_ref.base.compile import cpu_kernel
 from izo_ref.base.serial.thread_group import alone
-from izo_ref.solvers.serial.descent import Settings, minimise_zone
+from izo_ref.solvers.serial.descent import minimise_zone
+from izo_ref.solvers.serial.settings import Settings
 
 
 @cpu_kernel

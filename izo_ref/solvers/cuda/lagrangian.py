@@ -8,7 +8,8 @@ from numba import cuda
 from izo_ref.base.arrays import AnyFloats, AnyInts, Flags, Floats, Indices, Ints, Offsets
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
-from izo_ref.solvers.serial.descent import Settings, minimise_zone
+from izo_ref.solvers.serial.descent import minimise_zone
+from izo_ref.solvers.serial.settings import Settings
 
 
 @cuda_kernel

@@ -1,6 +1,6 @@
 """From zones side by side to the variables of the augmented Lagrangian, and back.
 
-`izo_ref/solvers/augmented_lagrangian.py` does the same on the CPU. x has a row for each unpinned
+`solvers/variables.py` does the same on the CPU. x has a row for each unpinned
 vertex of a zone, and one more row at the end of the zone that all its pinned vertices share.
 """
 
