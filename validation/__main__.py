@@ -1,30 +1,52 @@
-"""The command `python -m validation`: the evidence."""
+"""The command `python -m validation`: it judges results, measures, and writes reports."""
 
 import argparse
 import sys
+from argparse import Namespace
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from izo_ref.app.files import check_writable, replacing, save_json
 from izo_ref.base.errors import IzoError
+from validation import json_rows
+from validation.provenance import made_by
+from validation.report.catalogue import PROGRAM, STUDIES
+from validation.rows import Row, begin_run
+
+if TYPE_CHECKING:
+    from argparse import _SubParsersAction
+
+    from validation.judge import Fact
+
+    Subparsers = _SubParsersAction[argparse.ArgumentParser]
 
 PASSED, FAILED, BAD_INPUT = 0, 1, 2
 REPORTS = Path("reports")
+PAGES_ONLY = "measure nothing; write the pages from the rows"
 
 
-def main(arguments=None) -> int:
-    """Run a command; returns 0 passed, 1 failed, 2 bad input."""
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command.
+
+    Args:
+        arguments: Words of the command line; None takes those of this process.
+
+    Returns:
+        Exit code: 0 passed, 1 failed, 2 bad input.
+    """
     args = _parser().parse_args(arguments)
     try:
         return args.run(args)
     except ModuleNotFoundError as error:
-        print(f"validation: {error}; pip install -e .[validation]", file=sys.stderr)
+        print(f"validation: {error}; run: pip install -e .[validation]", file=sys.stderr)
         return BAD_INPUT
     except IzoError as error:
         print(f"validation: {type(error).__name__}: {error}", file=sys.stderr)
         return BAD_INPUT
 
 
-def _check(args):
+def _check(args: Namespace) -> int:
     from validation.check import check_files, verdict_summary
 
     for path in (args.json, args.html):
@@ -38,15 +60,24 @@ def _check(args):
     if args.html:
         from validation.report.page import verdict_page
 
-        title = f"{Path(args.result or args.step).name}"
+        title = Path(args.result or args.step).name
         with replacing(args.html) as file:
             file.write(verdict_page(title, scene, verdict).encode())
     print("passed" if verdict.passed else "failed")
     return PASSED if verdict.passed else FAILED
 
 
-def _zones(args):
-    from validation.report.zones import zones_report
+def _zones(args: Namespace) -> int:
+    from validation.report import zones
+
+    if not args.pages_only:
+        made = made_by(f"{PROGRAM} zones")
+        json_rows.save(args.output / zones.FILE, made, _zone_rows())
+    print(zones.page(args.output, args.output))
+    return PASSED
+
+
+def _zone_rows() -> dict[str, list[Row]]:
     from validation.study import nonlinear, steps, zones
 
     rows = {
@@ -61,53 +92,52 @@ def _zones(args):
             rows["steps"] += zones.step_zone_rows(name, steps.load_step(name))
         for name in ("zone-armadillo-first", "zone-armadillo-last"):
             rows["steps"] += zones.problem_rows(name, steps.load_zone(name))
-    zones_report(args.output / "zones.md", "python -m validation zones", rows)
-    print(args.output / "zones.md")
-    return PASSED
+    return rows
 
 
-def _evidence(args):
-    from validation.report.evidence import evidence_report
+def _evidence(args: Namespace) -> int:
+    from validation.report import evidence as report
     from validation.study import evidence, steps
 
-    rows = []
-    for name in args.steps or steps.step_names():
-        print(f"-- {name}", flush=True)
-        rows.append(evidence.step_row(name, _say))
-    wrong = evidence.wrong_rows(_say)
-    evidence_report(args.output / "evidence", "python -m validation evidence", rows, wrong)
-    print(args.output / "evidence" / "README.md")
-    # a blocked result says itself that it is not free; that has to be what check finds
-    passed = all(
-        row["verdict"]["passed"] is (row["status"] != "BLOCKED")
-        for row in rows
-        if "refused" not in row
-    )
-    missed = any(row["verdict"]["passed"] for row in wrong)
-    return PASSED if passed and not missed else FAILED
+    folder, passed = args.output / "evidence", True
+    if not args.pages_only:
+        made = made_by(f"{PROGRAM} evidence")
+        for name in args.steps or steps.step_names():
+            print(f"-- {name}", flush=True)
+            row = evidence.step_row(name, _say)
+            json_rows.save(folder / f"{name}.json", made, [row])
+            # a blocked result says itself that it is not free, and `check` has to find that
+            passed &= "refused" in row or row["verdict"]["passed"] is (row["status"] != "BLOCKED")
+        wrong = evidence.wrong_rows(_say)
+        json_rows.save(folder / f"{report.WRONG}.json", made, wrong)
+        passed &= not any(row["verdict"]["passed"] for row in wrong)
+    print(report.page(folder, folder))
+    return PASSED if passed else FAILED
 
 
-def _mutants(args):
+def _mutants(args: Namespace) -> int:
     from validation.mutants.run import run_mutants
-    from validation.report.mutants import mutants_report
-    from validation.report.tables import header
+    from validation.report import mutants
 
-    # of what is tested: a run takes a snapshot first, and a quarter of an hour after that
-    title = header("Does the suite notice?", "python -m validation mutants")
-    try:
-        rows = run_mutants(args.faults or None, args.rows)
-    except ValueError as error:  # an unknown name
-        print(f"validation: {error}", file=sys.stderr)
-        return BAD_INPUT
-    if args.faults:
-        print("some faults only: no report")
-    else:
-        mutants_report(args.output / "mutants.md", title, rows)
-        print(args.output / "mutants.md")
-    return PASSED if all(row["caught"] for row in rows) else FAILED
+    passed = True
+    if not args.pages_only:
+        # before the run, which takes a snapshot of the sources and tests that for many minutes
+        made = made_by(f"{PROGRAM} mutants")
+        try:
+            rows = run_mutants(args.faults or None, args.rows)
+        except ValueError as error:  # an unknown name
+            print(f"validation: {error}", file=sys.stderr)
+            return BAD_INPUT
+        passed = all(row["caught"] for row in rows)
+        if args.faults:
+            print("only some faults were tried, so no report is written")
+            return PASSED if passed else FAILED
+        json_rows.save(args.output / mutants.FILE, made, rows)
+    print(mutants.page(args.output, args.output))
+    return PASSED if passed else FAILED
 
 
-def _house(args):
+def _house(args: Namespace) -> int:
     from validation import house
 
     print(house.picture(), house.summary(), sep="\n\n")
@@ -117,82 +147,141 @@ def _house(args):
     return PASSED
 
 
-def _report(args):
+def _readme(args: Namespace) -> int:
+    from validation.report import readme
+
+    text = readme.README.read_text()
+    expected = readme.with_figures(text)
+    if args.check:
+        if text != expected:
+            print(f"{readme.README}: the figures are not those of the rows", file=sys.stderr)
+        return PASSED if text == expected else FAILED
+    readme.README.write_text(expected)
+    print(readme.README)
+    return PASSED
+
+
+def _report(args: Namespace) -> int:
     from validation.report.start import write_report
 
-    words = ["python -m validation report"]
+    words = [f"{PROGRAM} report"]
     words += ["--quick"] if args.quick else []
     words += ["--only", args.only] if args.only else []
     output = args.output or (REPORTS / "quick" if args.quick else REPORTS)
     output.mkdir(parents=True, exist_ok=True)
     check_writable(output / "index.html")
-
-    def say(line):
-        print(line, flush=True)
-
-    print(write_report(output, " ".join(words), args.quick, args.only, args.pages_only, say))
+    print(write_report(output, " ".join(words), args.quick, args.only, args.pages_only, _say_line))
     return PASSED
 
 
-def _speed(args):
-    from validation.report.speed import speed_report
+def _speed(args: Namespace) -> int:
+    from validation.report import speed as report
     from validation.study import speed, steps
 
-    if not steps.available():
-        print("validation: no step files (IZO_DATA)", file=sys.stderr)
-        return BAD_INPUT
-    return _study(args, "speed", speed.PARTS, speed_report)
+    if not args.pages_only and not steps.available():
+        return _no_step_files()
+    return _study(args, "speed", speed.PARTS, report.page)
 
 
-def _cuda(args):
-    from validation.report.cuda import cuda_report
+def _cuda(args: Namespace) -> int:
+    from validation.report import cuda as report
     from validation.study import cuda
 
-    return _study(args, "cuda", cuda.PARTS, cuda_report)
+    return _study(args, "cuda", cuda.PARTS, report.page)
 
 
-def _study(args, name, parts, report):
-    """Rows of the parts, then the page."""
-    from validation.rows import begin_run
+def _study(
+    args: Namespace,
+    name: str,
+    parts: dict[str, Callable[..., None]],
+    page: Callable[[Path, Path], Path],
+) -> int:
+    """Measure the rows of the parts of a study that are missing; write its page."""
     from validation.study.parts import run_parts
 
-    folder, command = args.output / name, f"python -m validation study {name}"
+    folder = args.output / name
     if not args.pages_only:
-        begin_run(folder / "rows", command, False)
-        run_parts(parts, folder / "rows", args.only, lambda line: print(line, flush=True))
-    report(folder, command)
-    print(folder / "README.md")
+        begin_run(folder / "rows", f"{PROGRAM} study {name}", False)
+        run_parts(parts, folder / "rows", args.only, _say_line)
+    print(page(folder / "rows", folder))
     return PASSED
 
 
-def _say(fact):
+def _no_step_files() -> int:
+    print("validation: no step files in the folder that IZO_DATA names", file=sys.stderr)
+    return BAD_INPUT
+
+
+def _say_line(line: str) -> None:
+    print(line, flush=True)
+
+
+def _say(fact: "Fact") -> None:
     mark = {True: "passed", False: "FAILED", None: "      "}[fact.passed]
     print(f"{mark}  {fact.question} | {fact.by} | {fact.answer} | {fact.seconds:.2f} s", flush=True)
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="python -m validation",
-        description="Evidence: judge a result, compare solvers with oracles, test the tests.",
+        prog=PROGRAM,
+        description="Judge a result, compare solvers with oracles, test the tests, measure.",
         epilog="Exit codes: 0 passed, 1 failed, 2 bad input.",
     )
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_check(commands)
+    help_ = "compare the solvers of zones with oracles: zones.md"
+    _add_report(_add(commands, "zones", _zones, help_))
+    help_ = "check the result of every step file (IZO_DATA, or else data/scenes): evidence/"
+    sub = _add(commands, "evidence", _evidence, help_)
+    sub.add_argument("steps", nargs="*", metavar="STEP", help="names of steps; default: all")
+    _add_report(sub)
+    help_ = "put deliberate faults into copies of the code and run the tests: mutants.md"
+    sub = _add(commands, "mutants", _mutants, help_)
+    sub.add_argument("faults", nargs="*", metavar="FAULT", help="names of faults; default: all")
+    sub.add_argument("--rows", type=Path, metavar="F", help="write the rows so far to a JSON file")
+    _add_report(sub)
+    _add_studies(commands)
+    help_ = "measure error against run time: index.html and its pages"
+    sub = _add(commands, "report", _report, help_)
+    sub.add_argument("--quick", action="store_true", help="fewer and smaller cases; minutes")
+    sub.add_argument("--only", choices=tuple(report.name for report in STUDIES))
+    help_ = "reports, or reports/quick; its rows/ has the rows: delete them to measure again"
+    sub.add_argument("--pages-only", action="store_true", help=PAGES_ONLY)
+    sub.add_argument("-o", "--output", type=Path, metavar="FOLDER", help=help_)
+    help_ = "write the figures of all reports into reports/README.md"
+    sub = _add(commands, "readme", _readme, help_)
+    sub.add_argument("--check", action="store_true", help="write nothing; fail if they differ")
+    help_ = "show the floors of the package, by its imports, and the sizes of files and functions"
+    sub = _add(commands, "house", _house, help_)
+    sub.add_argument("--write", action="store_true", help="update the floors in README.md")
+    return parser
 
-    text = "judge a result of a step, ours or anybody's"
-    sub = commands.add_parser("check", help=text, description=text)
-    sub.set_defaults(run=_check)
+
+def _add(
+    commands: "Subparsers", name: str, run: Callable[[Namespace], int], text: str
+) -> argparse.ArgumentParser:
+    sub = commands.add_parser(name, help=text, description=text)
+    sub.set_defaults(run=run)
+    return sub
+
+
+def _add_report(sub: argparse.ArgumentParser) -> None:
+    """Add the options of a command that measures rows and writes a page."""
+    sub.add_argument("--pages-only", action="store_true", help=PAGES_ONLY)
+    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
+
+
+def _add_check(commands: "Subparsers") -> None:
+    sub = _add(commands, "check", _check, "judge a result of a step, from any program")
     sub.add_argument("step", metavar="STEP.npz")
-    sub.add_argument("--result", metavar="OUT.npz", help="end positions; resolved here if none")
-    sub.add_argument("--thickness", type=float, metavar="D", help="[m], of our own result")
-    sub.add_argument("--json", metavar="F", help="write the verdict")
-    sub.add_argument("--html", metavar="F", help="write a page with pictures of what is wrong")
-    sub.add_argument(
-        "--known",
-        nargs="*",
-        default=(),
-        metavar="OUT.npz",
-        help="other results, to compare the objective with",
-    )
+    help_ = "end positions; default: those of izo_ref.resolve"
+    sub.add_argument("--result", metavar="OUT.npz", help=help_)
+    sub.add_argument("--thickness", type=float, metavar="D", help="[m], for izo_ref.resolve")
+    sub.add_argument("--json", metavar="F", help="write the verdict to a JSON file")
+    help_ = "write a page with pictures of what is wrong"
+    sub.add_argument("--html", metavar="F", help=help_)
+    help_ = "other results, whose objectives are compared"
+    sub.add_argument("--known", nargs="*", default=(), metavar="OUT.npz", help=help_)
     sub.add_argument(
         "--initial-intersections",
         choices=("raise", "exclude"),
@@ -200,60 +289,20 @@ def _parser():
         help="what to do with pairs that intersect at the start",
     )
 
-    text = "solvers of zones against oracles: writes zones.md"
-    sub = commands.add_parser("zones", help=text, description=text)
-    sub.set_defaults(run=_zones)
-    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
 
-    text = "check every step file (IZO_DATA, or else data/scenes): writes evidence/"
-    sub = commands.add_parser("evidence", help=text, description=text)
-    sub.set_defaults(run=_evidence)
-    sub.add_argument("steps", nargs="*", metavar="STEP", help="names; all if none")
-    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
-
-    text = "deliberate faults, and whether the tests notice: writes mutants.md"
-    sub = commands.add_parser("mutants", help=text, description=text)
-    sub.set_defaults(run=_mutants)
-    sub.add_argument("faults", nargs="*", metavar="FAULT", help="names; all if none")
-    sub.add_argument("--rows", type=Path, metavar="F", help="JSON of the rows so far")
-    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
-
-    text = "how fast: measures what is missing, writes a page"
+def _add_studies(commands: "Subparsers") -> None:
+    text = "measure speed on the CPU or on a GPU, and write a page"
     sub = commands.add_parser("study", help=text, description=text)
     studies = sub.add_subparsers(required=True, metavar="STUDY")
-    text = "detection, whole steps, what each rule of the plan saves, cold start, size: speed/"
-    sub = studies.add_parser("speed", help=text, description=text)
-    sub.set_defaults(run=_speed)
+    help_ = "detection, whole steps, what each rule of the plan saves, cold start, size: speed/"
+    sub = _add(studies, "speed", _speed, help_)
     sub.add_argument("--only", choices=("detection", "resolve", "ablation", "cold", "scale"))
-    sub.add_argument("--pages-only", action="store_true", help="measure nothing")
-    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
-    text = "what kernels need of a GPU; with one, whether it finds the same, and how fast: cuda/"
-    sub = studies.add_parser("cuda", help=text, description=text)
-    sub.set_defaults(run=_cuda)
+    _add_report(sub)
+    help_ = "what kernels need of a GPU; with a GPU, its results and times next to the CPU: cuda/"
+    sub = _add(studies, "cuda", _cuda, help_)
     parts = ("kernels", "detection", "zones", "steps", "launches", "memory")
     sub.add_argument("--only", choices=parts)
-    sub.add_argument("--pages-only", action="store_true", help="measure nothing")
-    sub.add_argument("-o", "--output", type=Path, default=REPORTS, metavar="FOLDER")
-
-    text = "the floors of the package, from its imports, and the sizes of its files and functions"
-    sub = commands.add_parser("house", help=text, description=text)
-    sub.set_defaults(run=_house)
-    sub.add_argument("--write", action="store_true", help="draw the floors in README.md again")
-
-    text = "error against run time: measures what is missing, writes index.html and its pages"
-    sub = commands.add_parser("report", help=text, description=text)
-    sub.set_defaults(run=_report)
-    sub.add_argument("--quick", action="store_true", help="fewer and smaller cases; minutes")
-    sub.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FOLDER",
-        help="reports, or reports/quick; rows are in rows/ there, delete them to measure again",
-    )
-    sub.add_argument("--only", choices=("inner", "outer", "convergence", "scaling"))
-    sub.add_argument("--pages-only", action="store_true", help="measure nothing")
-    return parser
+    _add_report(sub)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,31 @@
-"""`python -m validation check`: the verdict on a result, anybody's.
+"""`python -m validation check`: the verdict on a result of a step, whichever program made it.
 
-A result is free if its path and its end are, optimal if its zones are. What it costs to be
-told apart is said too: how far it is from the closest free result known.
+A result passes if its path is free, its end is free, its pinned vertices end as prescribed and, if
+the file says which zones it has, each zone is optimal. The verdict also reports how far the result
+is from the best free result that is known.
 """
 
 import dataclasses
+import os
 import time
-
-import numpy as np
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeAlias
 
 from izo_ref.app.files import SavedResult, load_result, load_scene
 from izo_ref.app.summary import pairs_summary
 from izo_ref.base import checks
+from izo_ref.base.arrays import AnyInts, Positions, Times
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.options import Options
-from izo_ref.base.records import Pairs
+from izo_ref.base.records import Impacts, Pairs
 from izo_ref.certificate.certify import certify_path
-from izo_ref.loop.resolve import resolve
+from izo_ref.loop.resolve import Result, resolve
+from izo_ref.scene import Scene
 from validation import judge
+from validation.judge import Fact
+
+FilePath: TypeAlias = str | os.PathLike[str]
+SayFact: TypeAlias = Callable[[Fact], object]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -25,51 +33,54 @@ class Verdict:
     """What `check` found.
 
     Attributes:
-        passed: nothing that was judged is wrong.
-        facts: list of `judge.Fact`.
-        meeting, meeting_toi: `Pairs` that meet on the path, and when.
-        crossing: (k, 2) pairs of faces that intersect at the end.
-        positions: (n, 3) [m], what was judged.
-        objectives: {name: [m^2]}, of the results it was compared with.
-        thickness: [m].
+        passed: Nothing that was judged is wrong.
+        facts: The answers, in the order in which they were found.
+        meeting: Pairs that meet on the path.
+        meeting_toi: (k,) f8, from 0 to 1, when these pairs meet.
+        crossing: (k, 2) int, pairs of faces that intersect at the end.
+        positions: (n, 3) f8 [m], the end positions that were judged.
+        objectives: `{name: objective}` [m^2] of the results that it was compared with.
+        thickness: [m], of our own result.
     """
 
     passed: bool
-    facts: list
+    facts: list[Fact]
     meeting: Pairs
-    meeting_toi: np.ndarray
-    crossing: np.ndarray
-    positions: np.ndarray
-    objectives: dict
+    meeting_toi: Times
+    crossing: AnyInts
+    positions: Positions
+    objectives: dict[str, float]
     thickness: float | None
 
 
 def check(
-    scene,
+    scene: Scene,
     result: SavedResult | None,
-    thickness=None,
-    options=None,
+    thickness: float | None = None,
+    options: Options | None = None,
     *,
-    say=None,
-    known=None,
-    own=None,
-):
+    say: SayFact | None = None,
+    known: Mapping[str, Positions] | None = None,
+    own: Result | None = None,
+) -> Verdict:
     """Judge a result of a step.
 
     Args:
-        scene: `Scene`.
-        result: `SavedResult`; None takes that of `izo_ref.resolve`.
-        thickness: [m], of our own result; None takes that of `result`, or the default.
-        options: `Options`.
-        say: called with each `Fact` as it is found.
-        known: {name: positions} of other results to compare with, if they are free.
-        own: `Result` of `izo_ref.resolve`, if it is there already.
+        scene: The step.
+        result: The result to judge; None judges the result of `izo_ref.resolve`.
+        thickness: [m], used for our own result. None takes the thickness of `result`, or the
+            default if that has none.
+        options: Options of our own result and tolerances of the zones; defaults if None.
+        say: Is called with each `Fact` as soon as it is found.
+        known: `{name: positions}` of other results; the free ones are compared with the result.
+        own: The result of `izo_ref.resolve`, if the caller already has it.
 
     Returns:
-        `Verdict`.
+        The verdict.
 
     Raises:
-        ShapeError, NonFiniteError: of the result's positions.
+        ShapeError: The positions of the result do not fit the scene.
+        NonFiniteError: A position of the result is not finite.
     """
     options = options or Options()
     if thickness is None and result is not None:
@@ -77,14 +88,15 @@ def check(
     begin = time.perf_counter()
     own = own or resolve(scene, thickness, options=options)
     seconds = time.perf_counter() - begin
-    facts = []
+    facts: list[Fact] = []
 
-    def add(*new):
+    def add(*new: Fact) -> None:
         facts.extend(new)
-        for fact in new if say else ():
-            say(fact)
+        if say is not None:
+            for fact in new:
+                say(fact)
 
-    add(judge.Fact("own result", "izo_ref.resolve", _own_answer(own), None, seconds))
+    add(Fact("own result", "izo_ref.resolve", _own_answer(own), None, seconds))
     if result is None:
         result = SavedResult(own.positions, own.thickness, own.impacts, own.multipliers)
     positions = checks.floats("positions", result.positions, scene.positions_t0.shape)
@@ -95,14 +107,10 @@ def check(
     add(*end_facts)
     if result.impacts is None:
         answer = "not judged: the file holds no impacts and multipliers"
-        add(judge.Fact("each zone is optimal", "izo_ref.residuals", answer, None, 0.0))
+        add(Fact("each zone is optimal", "izo_ref.residuals", answer, None, 0.0))
     else:
-        add(*judge.zones(scene, result, options)[0])
-    free = {"izo_ref.resolve": own.positions} if own.certificate.free else {}
-    free |= {
-        name: other for name, other in (known or {}).items() if certify_path(scene, other).free
-    }
-    nearness, objectives = judge.nearness(scene, positions, free)
+        add(*judge.zones(scene, result, options))
+    nearness, objectives = judge.nearness(scene, positions, _free_results(scene, own, known))
     add(nearness)
     return Verdict(
         passed=all(fact.passed is not False for fact in facts),
@@ -116,37 +124,58 @@ def check(
     )
 
 
-def _own_answer(own):
+def _free_results(
+    scene: Scene, own: Result, known: Mapping[str, Positions] | None
+) -> dict[str, Positions]:
+    """Return our own result and the known ones, without those whose path is not free."""
+    free = {"izo_ref.resolve": own.positions} if own.certificate.free else {}
+    known = known or {}
+    return free | {name: end for name, end in known.items() if certify_path(scene, end).free}
+
+
+def _own_answer(own: Result) -> str:
     return (
-        f"{own.status.name}, objective {own.objective:.6e} m^2 at thickness {own.thickness:g} m, "
-        f"{len(own.impacts.toi)} impacts in {len(own.zones)} zones"
+        f"{own.status.name}, the objective is {own.objective:.6e} m^2 at a thickness of "
+        f"{own.thickness:g} m, with {len(own.impacts.toi)} impacts in {len(own.zones)} zones"
     )
 
 
 def check_files(
-    step, result=None, thickness=None, initial_intersections="raise", say=None, known=()
-):
-    """`check` on files.
+    step: FilePath,
+    result: FilePath | None = None,
+    thickness: float | None = None,
+    initial_intersections: str = "raise",
+    say: SayFact | None = None,
+    known: Iterable[FilePath] = (),
+) -> tuple[Scene, Verdict]:
+    """Judge a result that is in a file, by `check`.
 
     Args:
-        step: path of a step.
-        result: path of a result, or None.
-        known: paths of other results.
+        step: File of the step.
+        result: File of the result; None judges the result of `izo_ref.resolve`.
+        thickness: [m], as for `check`.
+        initial_intersections: What to do with pairs that intersect at the start, as for `Scene`.
+        say: As for `check`.
+        known: Files of other results.
 
     Returns:
-        `Scene`, `Verdict`.
+        The scene and the verdict.
+
+    Raises:
+        FileFormatError: A file cannot be read, or lacks an array.
+        IzoError: The step or the result is not valid.
     """
     scene = load_scene(step, initial_intersections)
     loaded = None if result is None else load_result(result)
     if loaded is not None and loaded.impacts is not None:
-        loaded = loaded._replace(impacts=_checked(loaded, scene, result))
+        loaded = loaded._replace(impacts=_checked(loaded, loaded.impacts, scene, result))
     others = {str(path): load_result(path).positions for path in known}
     return scene, check(scene, loaded, thickness, say=say, known=others)
 
 
-def _checked(result, scene, path):
-    """The impacts of a file in the types and shapes they have to have."""
-    impacts, n = result.impacts, len(result.impacts.toi)
+def _checked(result: SavedResult, impacts: Impacts, scene: Scene, path: FilePath | None) -> Impacts:
+    """Return the impacts of a file, with their types and shapes checked."""
+    n = len(impacts.toi)
     if result.thickness is None:
         raise FileFormatError(f"{path}: holds impacts, but no thickness")
     checks.floats("multipliers", result.multipliers, (n,))
@@ -159,8 +188,8 @@ def _checked(result, scene, path):
     )
 
 
-def verdict_summary(verdict: Verdict) -> dict:
-    """Everything but the arrays, ready for JSON."""
+def verdict_summary(verdict: Verdict) -> dict[str, Any]:
+    """Return everything of a verdict but the arrays, ready for JSON."""
     return {
         "passed": verdict.passed,
         "thickness_m": verdict.thickness,

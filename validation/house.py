@@ -1,4 +1,4 @@
-"""The shape of the package, measured from its sources: rooms, floors, imports and sizes.
+"""Layout of the package, measured from its sources: rooms, floors, imports and sizes.
 
 A *room* is a stage, which is a folder of `izo_ref`, or a file beside the stages. A room stands on
 the floor above the highest room that it imports. An *arrow* is an import from one room by another.
@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parents[1]
 BEGIN, END = "<!-- floors:begin -->", "<!-- floors:end -->"
 # The implementation of a function for a GPU is named by a string: `base/devices.py`.
 NAMED = re.compile(r"(izo_ref(?:\.\w+)+):(\w+)")
-# Files that only hand names on.
+# Files that only import names, so that others can import them from there.
 FACES = ("__init__", "version")
 
 
@@ -51,6 +51,7 @@ def module_paths(root: Path = ROOT, package: str = "izo_ref") -> dict[str, Path]
 
 
 def _module_name(path: Path) -> str:
+    """Return the full name of a module from its path, relative to the root."""
     parts = path.with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
@@ -60,8 +61,8 @@ def imports(root: Path = ROOT, package: str = "izo_ref") -> tuple[Import, ...]:
     """Return all imports between modules of a package.
 
     An import inside a function counts, and so does a module named by a string
-    `izo_ref.module:name`. Imports of the package's own `__init__.py` do not count: it only hands
-    names on.
+    `izo_ref.module:name`. Imports by the package's own `__init__.py` do not count, because they
+    only make names public.
     """
     modules = module_paths(root, package)
     return tuple(
@@ -73,6 +74,7 @@ def imports(root: Path = ROOT, package: str = "izo_ref") -> tuple[Import, ...]:
 
 
 def _imported_modules(tree: ast.AST, modules: dict[str, Path]) -> Iterator[tuple[str, int]]:
+    """Yield each of these modules that a file imports, and the line where it does."""
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             for alias in node.names:
@@ -163,7 +165,7 @@ def picture(root: Path = ROOT) -> str:
     width = max(map(len, names.values()))
     lines = []
     for room in rooms:
-        lines.append(f"{floor_of[room]}  {names[room].ljust(width)}  {_says(room, root)}")
+        lines.append(f"{floor_of[room]}  {names[room].ljust(width)}  {_first_line(room, root)}")
         lines.append(f"   {' ' * width}  imports {below[room]}")
     return "\n".join(lines)
 
@@ -172,7 +174,8 @@ def _folder_name(room: str, root: Path) -> str:
     return f"{room}/" if (root / "izo_ref" / room).is_dir() else f"{room}.py"
 
 
-def _says(room: str, root: Path) -> str:
+def _first_line(room: str, root: Path) -> str:
+    """Return the first line of the docstring of a room."""
     path = root / "izo_ref" / room
     path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     lines = (ast.get_docstring(ast.parse(path.read_text())) or "").splitlines()
@@ -180,7 +183,7 @@ def _says(room: str, root: Path) -> str:
 
 
 def summary(root: Path = ROOT) -> str:
-    """Return the figures of the house in a few lines."""
+    """Return the numbers of rooms, floors, imports, files and functions in a few lines."""
     graph = arrows(root)
     try:
         n_floors = str(max(floors(graph).values()))
@@ -200,7 +203,7 @@ def summary(root: Path = ROOT) -> str:
 
 
 def with_picture(text: str, root: Path = ROOT) -> str:
-    """Return a text whose picture of the floors, between two marks, is today's."""
+    """Return a text in which the picture of the floors, between two marks, is up to date."""
     before, rest = text.split(BEGIN)
     _, after = rest.split(END)
     return f"{before}{BEGIN}\n```\n{picture(root)}\n```\n{END}{after}"

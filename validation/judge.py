@@ -1,75 +1,108 @@
-"""Judges of a result that ask no solver for its opinion: the facts of `check`.
+"""Judges of a result: the facts of `check`. No judge asks the solver that made the result.
 
-Each function looks at one thing, by one or two independent means, and returns facts.
+Each function answers one question by one or two independent means and returns facts.
 """
 
 import time
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
+from typing import NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
+from izo_ref.app.files import SavedResult
+from izo_ref.base.arrays import AnyInts, Multipliers, Positions
 from izo_ref.base.options import Options
-from izo_ref.certificate.certify import certify_path
+from izo_ref.certificate.certify import PathCertificate, certify_path
+from izo_ref.scene import Scene
 from izo_ref.zones.distance import distance_bound
 from izo_ref.zones.grouping import build_zones
 from izo_ref.zones.objective import objective
-from izo_ref.zones.problem import residuals
+from izo_ref.zones.problem import ZoneProblem, residuals
 from izo_ref.zones.system import zone_problem
 from validation.oracles import fcl, ipc, nnls, qp, slsqp
 from validation.oracles import path as exact_path
-from validation.oracles.answer import mass_norm
+from validation.oracles.answer import Answer, mass_norm
 from validation.oracles.rational import ExactZone, active_rows
 
-# Impacts of a zone up to which an oracle is asked. A zone of that size then takes each of
-# them 0.3 s at most: `reports/zones`, where their times are measured.
+Call = ParamSpec("Call")
+Returned = TypeVar("Returned")
+PairKey: TypeAlias = tuple[bool, frozenset[frozenset[int]]]  # a pair, whatever its order
+
+# Largest number of impacts of a zone that an oracle is asked about. A zone of that size takes each
+# of them 0.3 s at most: `reports/zones`, where their times are measured.
 LIMITS = {"exact": 64, "NNLS": 256, "SLSQP": 64}
-# Zones that are given to each oracle, the largest first.
+# Number of zones that each oracle is asked about, the largest first.
 ZONES_ASKED = 50
 PATH_BY_OTHERS = "ipctk Tight Inclusion, hits decided by flint"
 # Hits of ipctk that are confirmed exactly, one by one.
 HITS = 1000
+NAMES = {"exact": "exact rational arithmetic", "SLSQP": "SLSQP, scaled"}
+SOLVERS: dict[str, Callable[[ZoneProblem], Answer]] = {
+    "NNLS": nnls.solve,
+    "SLSQP": slsqp.solve_scaled,
+    "PIQP": lambda problem: qp.solve(problem, "piqp"),
+}
 
 
 class Fact(NamedTuple):
     """One line of the verdict."""
 
     question: str
-    by: str  # who was asked
+    by: str  # who answers
     answer: str
-    passed: bool | None  # None: nothing to pass, for information
+    passed: bool | None  # None: the answer is for information, and cannot fail
     seconds: float
 
 
-def _timed(call, *args):
+def _timed(
+    call: Callable[Call, Returned], *args: Call.args, **kwargs: Call.kwargs
+) -> tuple[Returned, float]:
+    """Call a function and return its result and the seconds it took."""
     begin = time.perf_counter()
-    answer = call(*args)
+    answer = call(*args, **kwargs)
     return answer, time.perf_counter() - begin
 
 
-def prescribed(scene, positions) -> Fact:
-    """Do pinned vertices end where they have to?"""
+def prescribed(scene: Scene, positions: Positions) -> Fact:
+    """Judge whether pinned vertices end exactly at their proposed positions.
+
+    Args:
+        scene: The scene.
+        positions: (n, 3) f8 [m], end of the path.
+    """
     off = np.flatnonzero((positions != scene.positions_t1).any(axis=1) & scene.pinned)
-    answer = (
-        f"all {int(scene.pinned.sum())}"
-        if len(off) == 0
-        else (f"{len(off)} of {int(scene.pinned.sum())} do not, the first {off[0]}")
-    )
+    n_pinned = int(scene.pinned.sum())
+    answer = f"all {n_pinned} do"
+    if len(off):
+        answer = f"{len(off)} of {n_pinned} do not, the first is vertex {off[0]}"
     return Fact("pinned vertices end as prescribed", "comparison", answer, len(off) == 0, 0.0)
 
 
-def path(scene, positions):
-    """Is the path free, by the package's certificate and by ipctk with an exact oracle?"""
+def path(scene: Scene, positions: Positions) -> tuple[list[Fact], PathCertificate]:
+    """Judge whether the path is free, by the package's certificate and by ipctk.
+
+    Args:
+        scene: The scene.
+        positions: (n, 3) f8 [m], end of the path.
+
+    Returns:
+        Two facts, and the certificate.
+    """
     certificate, seconds = _timed(certify_path, scene, positions)
-    answer = f"{len(certificate.meeting_toi)} pairs meet" if not certificate.free else "free"
-    answer += f"; {certificate.candidates} candidate pairs, {certificate.exact} decided exactly"
+    answer = "free" if certificate.free else f"{len(certificate.meeting_toi)} pairs meet"
+    answer += (
+        f"; {certificate.candidates} candidate pairs, {certificate.exact} of them decided by exact "
+        "arithmetic"
+    )
     if not certificate.free:
-        answer += f"; free until t = {certificate.time_free:.6g}"
+        answer += f"; the path is free until t = {certificate.time_free:.6g}"
     facts = [Fact("path is free", "izo_ref.certify_path", answer, certificate.free, seconds)]
     facts.append(_path_by_others(scene, positions))
     return facts, certificate
 
 
-def _path_by_others(scene, positions):
+def _path_by_others(scene: Scene, positions: Positions) -> Fact:
+    """Judge the path by ipctk; the exact oracle decides each of its hits."""
     if ipc.unusable():
         return Fact("path is free", PATH_BY_OTHERS, f"not asked: {ipc.unusable()}", None, 0.0)
     begin = time.perf_counter()
@@ -87,30 +120,41 @@ def _path_by_others(scene, positions):
             alarms += 1
     answer = "free" if met == 0 else f"{'' if complete else 'at least '}{met} pairs meet"
     if alarms:
-        answer += f"; {alarms} come closer than 1e-9 of ipctk's tolerance, without meeting"
+        answer += f"; {alarms} pairs come within the tolerance of ipctk, 1e-9, but do not meet"
     if left_out:
-        answer += f"; {left_out} that intersect at the start left out"
-    # an incomplete list without a true hit would prove nothing
+        answer += f"; {left_out} pairs are left out, since they intersect at the start"
+    # if the list is incomplete, the absence of a true hit proves nothing
     passed = met == 0 and complete
     seconds = time.perf_counter() - begin
     return Fact("path is free", PATH_BY_OTHERS, answer, passed, seconds)
 
 
-def _key(nodes, is_edge_edge):
-    nodes = [int(v) for v in nodes]
-    if is_edge_edge:
-        return frozenset((frozenset(nodes[:2]), frozenset(nodes[2:])))
-    return nodes[0], frozenset(nodes[1:])
+def _key(nodes: AnyInts, is_edge_edge: bool) -> PairKey:
+    """Return a key that does not depend on the order of edges, ends and corners."""
+    vertices = [int(v) for v in nodes]
+    split = 2 if is_edge_edge else 1
+    sides = frozenset(vertices[:split]), frozenset(vertices[split:])
+    return bool(is_edge_edge), frozenset(sides)
 
 
-def _excluded_keys(scene):
+def _excluded_keys(scene: Scene) -> set[PairKey]:
     if scene.excluded is None:
         return set()
     return {_key(row, kind) for row, kind in zip(*scene.excluded, strict=True)}
 
 
-def end(scene, positions):
-    """Is the end free of intersections? Pairs that cross from the start are not judged."""
+def end(scene: Scene, positions: Positions) -> tuple[list[Fact], AnyInts]:
+    """Judge whether the mesh is free of intersections at the end, by python-fcl and by ipctk.
+
+    If pairs that intersect at the start are left out, the answers are for information.
+
+    Args:
+        scene: The scene.
+        positions: (n, 3) f8 [m], end of the path.
+
+    Returns:
+        Two facts, and (k, 2) int, the pairs of faces that intersect.
+    """
     crossing, seconds = _timed(fcl.crossing_faces, positions, scene.faces)
     judged = scene.excluded is None
     answer = "free" if len(crossing) == 0 else f"{len(crossing)} pairs of faces intersect"
@@ -121,112 +165,157 @@ def end(scene, positions):
         facts.append(Fact("end is free", "ipctk", f"not asked: {ipc.unusable()}", None, 0.0))
         return facts, crossing
     found, seconds = _timed(ipc.has_intersections, positions, scene.edges, scene.faces)
-    answer = "intersects" if found else "free"
+    answer = "the mesh intersects itself" if found else "free"
     facts.append(Fact("end is free", "ipctk", answer, not found if judged else None, seconds))
     return facts, crossing
 
 
-def zones(scene, result, options: Options):
-    """Is each zone optimal? For results that come with their impacts and multipliers."""
+class _JudgedZone(NamedTuple):
+    """A zone of a result, with its residuals."""
+
+    problem: ZoneProblem
+    positions: Positions
+    multipliers: Multipliers
+    gap: float  # relative
+    violation: float  # over the thickness
+    distance: float  # to the optimum at most, over the distance to the proposed positions
+    solved: bool  # to tolerance
+
+
+def zones(scene: Scene, result: SavedResult, options: Options) -> list[Fact]:
+    """Judge whether each zone is optimal, by residuals and by oracles.
+
+    Args:
+        scene: The scene.
+        result: A result with its impacts, multipliers and thickness.
+        options: The tolerances are used.
+
+    Returns:
+        A fact from the residuals, and one from each oracle if there is a zone.
+
+    Raises:
+        ValueError: The result has no impacts, multipliers or thickness.
+    """
     begin = time.perf_counter()
-    grouped = build_zones(scene, result.impacts)
-    rows = []
-    for zone in range(len(grouped)):
-        own = grouped.impacts_of(zone)
-        vertices = np.unique(result.impacts.nodes[own])
-        problem = zone_problem(scene, result.impacts, grouped, zone, result.thickness)
-        positions, multipliers = result.positions[vertices], result.multipliers[own]
-        judged = residuals(problem, positions, multipliers)
-        length = mass_norm(problem.masses, positions - problem.proposed)
-        bound = distance_bound(problem, positions, multipliers)
-        rows.append(
-            {
-                "problem": problem,
-                "positions": positions,
-                "multipliers": multipliers,
-                "impacts": len(own),
-                "gap": judged.gap,
-                "violation": judged.violation,
-                "solved": judged.solved(options.gap_tolerance, options.violation_tolerance),
-                "distance": bound / length if length > 0.0 else (0.0 if bound == 0.0 else np.inf),
-            }
-        )
+    judged = _judged_zones(scene, result, options)
     seconds = time.perf_counter() - begin
-    if not rows:
-        return [Fact("each zone is optimal", "izo_ref.residuals", "no zones", True, seconds)], rows
-    worst = {name: max(row[name] for row in rows) for name in ("gap", "violation", "distance")}
-    unsolved = sum(not row["solved"] for row in rows)
+    if not judged:
+        return [Fact("each zone is optimal", "izo_ref.residuals", "no zones", True, seconds)]
+    unsolved = sum(not zone.solved for zone in judged)
     answer = (
-        f"{len(rows)} zones, {unsolved} not to tolerance; largest relative gap "
-        f"{worst['gap']:.1e}, violation over thickness {worst['violation']:.1e}, proved relative "
-        f"distance to the optimum {worst['distance']:.1e}"
+        f"{len(judged)} zones, {unsolved} not to tolerance; "
+        f"the largest relative gap is {max(zone.gap for zone in judged):.1e}, "
+        f"the largest violation over the thickness {max(zone.violation for zone in judged):.1e}, "
+        "the largest proved relative distance to the optimum "
+        f"{max(zone.distance for zone in judged):.1e}"
     )
     facts = [Fact("each zone is optimal", "izo_ref.residuals", answer, unsolved == 0, seconds)]
-    facts += [_zones_by(name, rows) for name in ("exact", "NNLS", "SLSQP", "PIQP")]
-    return facts, rows
+    return facts + [_zones_by(name, judged) for name in ("exact", "NNLS", "SLSQP", "PIQP")]
 
 
-def _zones_by(oracle, rows):
-    """The zones' answers against an oracle's; the relative distance is told, not judged
-    where the oracle is not exact: it may be the oracle's."""
-    chosen = sorted(rows, key=lambda row: -row["impacts"])
-    chosen = [row for row in chosen if row["impacts"] <= LIMITS.get(oracle, np.inf)][:ZONES_ASKED]
+def _judged_zones(scene: Scene, result: SavedResult, options: Options) -> list[_JudgedZone]:
+    """Compute the residuals and the distance bound of each zone of a result."""
+    impacts, all_multipliers, thickness = result.impacts, result.multipliers, result.thickness
+    if impacts is None or all_multipliers is None or thickness is None:
+        raise ValueError("result: expected impacts, multipliers and a thickness")
+    grouped = build_zones(scene, impacts)
+    judged = []
+    for zone in range(len(grouped)):
+        own = grouped.impacts_of(zone)
+        vertices = np.unique(impacts.nodes[own])
+        problem = zone_problem(scene, impacts, grouped, zone, thickness)
+        positions, multipliers = result.positions[vertices], all_multipliers[own]
+        found = residuals(problem, positions, multipliers)
+        length = mass_norm(problem.masses, positions - problem.proposed)
+        bound = distance_bound(problem, positions, multipliers)
+        judged.append(
+            _JudgedZone(
+                problem,
+                positions,
+                multipliers,
+                gap=found.gap,
+                violation=found.violation,
+                distance=bound / length if length > 0.0 else (0.0 if bound == 0.0 else np.inf),
+                solved=found.solved(options.gap_tolerance, options.violation_tolerance),
+            )
+        )
+    return judged
+
+
+def _zones_by(oracle: str, judged: list[_JudgedZone]) -> Fact:
+    """Compare the answers of zones with those of an oracle.
+
+    The relative distance can fail only against the exact oracle. For the others it is for
+    information, since it may be their own error.
+    """
+    chosen = sorted(judged, key=lambda zone: -len(zone.problem.nodes))
+    limit = LIMITS.get(oracle, np.inf)
+    chosen = [zone for zone in chosen if len(zone.problem.nodes) <= limit][:ZONES_ASKED]
     begin = time.perf_counter()
-    errors = [_relative_error(oracle, row) for row in chosen]
+    errors = [_relative_error(oracle, zone) for zone in chosen]
     seconds = time.perf_counter() - begin
     failed = sum(error is None for error in errors)
     worst = max((error for error in errors if error is not None), default=0.0)
-    answer = f"largest relative distance {worst:.1e}, over {len(chosen)} of {len(rows)} zones"
+    answer = (
+        f"the largest relative distance is {worst:.1e}, over {len(chosen)} of {len(judged)} zones"
+    )
     if failed:
-        answer += f"; no answer for {failed}"
-    # a relative gap of 1e-9 is a relative distance of sqrt(1e-9) = 3.2e-5 at most, if the
-    # rows hold; what they may be violated by comes on top
+        answer += f"; no answer for {failed} of them"
+    # a relative gap of 1e-9 is a relative distance of at most sqrt(1e-9) = 3.2e-5 if the
+    # constraints hold; what they may be violated by adds to it
     passed = failed == 0 and worst <= 1e-4 if oracle == "exact" and chosen else None
-    names = {"exact": "exact rational arithmetic", "SLSQP": "SLSQP, scaled"}
-    return Fact("zones agree with an oracle", names.get(oracle, oracle), answer, passed, seconds)
+    return Fact("zones agree with an oracle", NAMES.get(oracle, oracle), answer, passed, seconds)
 
 
-def _relative_error(oracle, row):
-    problem = row["problem"]
+def _relative_error(oracle: str, zone: _JudgedZone) -> float | None:
+    """Compute the distance of a zone's answer to that of an oracle, over the displacement.
+
+    Returns:
+        The relative distance; None if the oracle has no answer.
+    """
     if oracle == "exact":
-        return _exact_error(problem, row)
-    solvers = {
-        "NNLS": nnls.solve,
-        "SLSQP": slsqp.solve_scaled,
-        "PIQP": lambda problem: qp.solve(problem, "piqp"),
-    }
-    answer = solvers[oracle](problem)
+        return _exact_error(zone)
+    problem = zone.problem
+    answer = SOLVERS[oracle](problem)
     if not np.isfinite(answer.displacements).all():
         return None
-    offsets = row["positions"] - problem.proposed - answer.displacements
+    offsets = zone.positions - problem.proposed - answer.displacements
     size = mass_norm(problem.masses, answer.displacements)
     error = mass_norm(problem.masses, offsets)
     return error / size if size > 0.0 else float(error > 0.0)
 
 
-def _exact_error(problem, row):
-    zone = ExactZone(problem)
-    optimum = zone.solve(active_rows(row["multipliers"]))
-    return None if optimum is None else zone.relative_error(zone.moves(row["positions"]), optimum)
+def _exact_error(zone: _JudgedZone) -> float | None:
+    exact = ExactZone(zone.problem)
+    optimum = exact.solve(active_rows(zone.multipliers))
+    return None if optimum is None else exact.relative_error(exact.moves(zone.positions), optimum)
 
 
-def nearness(scene, positions, known):
-    """How far is it from the best known? `known`: {name: positions}, certified free.
+def nearness(
+    scene: Scene, positions: Positions, known: Mapping[str, Positions]
+) -> tuple[Fact, dict[str, float]]:
+    """Compare the objective of a result with the best one known.
+
+    Args:
+        scene: The scene.
+        positions: (n, 3) f8 [m], end of the path.
+        known: `{name: positions}` of results that are certified free.
 
     Returns:
-        Fact, and {name: objective}.
+        A fact for information, and `{name: objective}` [m^2] of the known results.
     """
     values = {name: objective(scene, other) for name, other in known.items()}
     own = objective(scene, positions)
     if not values:
         return Fact("close to the proposal", "objective", f"{own:.6e} m^2", None, 0.0), values
-    best = min(values, key=values.get)
+    best = min(values, key=lambda name: values[name])
     masses = np.where(scene.pinned, np.inf, scene.masses)
     size = mass_norm(masses, known[best] - scene.positions_t1)
     apart = mass_norm(masses, positions - known[best]) / size if size > 0.0 else 0.0
     ratio = own / values[best] if values[best] > 0.0 else float(own == 0.0)
     answer = (
-        f"objective {own:.6e} m^2, {ratio:.6f} of the best known free one ({best}); mass-weighted "
-        f"distance to it {apart:.2e} of its distance to the proposal"
+        f"the objective is {own:.6e} m^2, {ratio:.6f} of that of the best known free result "
+        f"({best}); the mass-weighted distance to that result is {apart:.2e} of its distance to "
+        "the proposed positions"
     )
     return Fact("close to the proposal", "objective", answer, None, 0.0), values

@@ -1,6 +1,8 @@
-"""Every kernel of the device compiled to PTX and through ptxas, which takes no GPU.
+"""Compile every CUDA kernel to PTX and to machine code by ptxas; this needs no GPU.
 
-A kernel's signature is read from its contract: the comment behind each parameter.
+The types of a kernel are read from its contract, which is the comment behind each parameter. A
+kernel that compiles for its contract has consistent types, and ptxas reports how many registers and
+how much memory it needs.
 """
 
 import inspect
@@ -12,13 +14,13 @@ from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 from unittest.mock import patch
 
 import izo_ref
 from izo_ref.base.cuda.compile import Kernel
 from izo_ref.detection.serial.tree import Tree
-from izo_ref.solvers.serial.descent import Settings
+from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.small_zone import Limits
 
 CAPABILITIES = ((8, 0), (9, 0), (10, 0))
@@ -29,29 +31,31 @@ DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": 
     "b1": "boolean",
 }
 RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}
-# Kernels with a stack frame, and why.
+# Kernels with a stack frame, and the reason for it.
 FRAMES = {
-    "solvers.lagrangian.solve_lagrangian_by_grid": "its waits for all blocks are calls into the "
-    "runtime of the device, and more values are kept over a call than there are registers; "
-    "the cost is not measured yet",
+    "solvers.lagrangian.solve_lagrangian_by_grid": "it waits for all blocks by calls into the CUDA "
+    "runtime, and more values live across such a call than there are registers; the cost is not "
+    "measured yet",
 }
-# A parameter, and behind it: shape, if it is an array; types that it comes in; or a record.
+# A parameter, and the comment behind it: the shape if it is an array, and then the types in which
+# it may come, or the name of a record.
 PARAMETER = re.compile(r"^    (\w+)(?:: [\w.]+)?,  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
 FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+))?", re.M)
 SCALARS = {"int": "i8", "float": "f8", "bool": "b1"}
+NumbaType: TypeAlias = Any  # numba has no annotations for its types
 
 
 class Built(NamedTuple):
-    """What ptxas says of a kernel."""
+    """The resources of a kernel, as ptxas reports them."""
 
-    registers: int
-    shared_bytes: int
-    stack_bytes: int
-    spilled_bytes: int  # stores and loads
+    registers: int  # of one thread
+    shared_bytes: int  # of one block, fixed when the kernel is compiled
+    stack_bytes: int  # of one thread
+    spilled_bytes: int  # of one thread, stores and loads together
 
 
 def kernels() -> Iterator[tuple[str, Kernel]]:
-    """Name, as `detection.tree.path_boxes`, and kernel."""
+    """Yield the name of each kernel, such as `detection.tree.path_boxes`, and the kernel."""
     package = Path(izo_ref.__file__).parent
     for path in sorted(package.glob("*/cuda/[a-z]*.py")):
         stage = path.parts[-3]
@@ -61,8 +65,21 @@ def kernels() -> Iterator[tuple[str, Kernel]]:
                 yield f"{stage}.{path.stem}.{name}", thing
 
 
-def signatures(kernel) -> dict[str, tuple]:
-    """Those of a kernel, of numba's types, by the types that its contract gives a choice of."""
+def signatures(kernel: Kernel) -> dict[str, tuple[NumbaType, ...]]:
+    """Return the signatures of a kernel, read from its contract.
+
+    A contract may offer a choice of types, such as `f8 or f4`, for some of its parameters. All
+    these parameters must then offer the same choice.
+
+    Args:
+        kernel: The kernel.
+
+    Returns:
+        `{choice: types of all parameters}`; the choice is empty if the contract offers none.
+
+    Raises:
+        ValueError: The contract does not fit the parameters, or offers different choices.
+    """
     found = PARAMETER.findall(inspect.getsource(kernel.function))
     names = [name for name, _, _ in found]
     expected = list(inspect.signature(kernel.function).parameters)
@@ -79,7 +96,8 @@ def signatures(kernel) -> dict[str, tuple]:
     }
 
 
-def _type(shape, kind):
+def _type(shape: str, kind: str) -> NumbaType:
+    """Return the type of a parameter of a shape and a dtype, or of a record."""
     if kind in DTYPES:
         return _array(shape, kind)
     from numba import types
@@ -89,7 +107,8 @@ def _type(shape, kind):
     return types.NamedTuple(members, RECORDS[kind])
 
 
-def _array(shape, kind):
+def _array(shape: str, kind: str) -> NumbaType:
+    """Return the type of an array, or of a scalar if the shape is empty."""
     from numba import types
 
     scalar = getattr(types, DTYPES[kind])
@@ -97,32 +116,45 @@ def _array(shape, kind):
     return types.Array(scalar, n_axes, "C") if n_axes else scalar
 
 
-def build(kernel, signature, capability) -> Built:
-    """Compile for a compute capability.
+def build(kernel: Kernel, signature: tuple[NumbaType, ...], capability: tuple[int, int]) -> Built:
+    """Compile a kernel for a compute capability.
+
+    Args:
+        kernel: The kernel.
+        signature: Types of its parameters, as `signatures` returns them.
+        capability: Major and minor number.
+
+    Returns:
+        What ptxas reports.
 
     Raises:
-        RuntimeError: ptxas fails, with what it says.
+        RuntimeError: ptxas is not installed or fails; the message holds its output.
     """
     from numba import cuda
 
-    device = SimpleNamespace(compute_capability=capability)
-    with patch("numba.cuda.dispatcher.get_current_device", lambda: device):
-        ptx, _ = cuda.compile_ptx(kernel.function, signature, cc=capability)
+    program = ptxas()
+    if program is None:
+        raise RuntimeError("ptxas: the package nvidia-cuda-nvcc is not installed")
+
+    gpu = SimpleNamespace(compute_capability=capability)
+    with patch("numba.cuda.dispatcher.get_current_device", lambda: gpu):
+        # numba-cuda fills the module numba.cuda on import, which the type checker cannot see
+        ptx, _ = cuda.compile_ptx(kernel.function, signature, cc=capability)  # pyright: ignore[reportPrivateImportUsage]
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "kernel.ptx")
         source.write_text(ptx)
         arch = f"-arch=sm_{capability[0]}{capability[1]}"
-        # what waits for all blocks calls the device's runtime, which is linked when it is loaded
+        # a kernel that waits for all blocks calls the CUDA runtime, which is linked on loading
         whole = [] if ".extern .func" not in ptx else ["-c"]
-        command = [ptxas(), "-v", *whole, arch, source, "-o", Path(folder, "kernel.cubin")]
+        command = [program, "-v", *whole, arch, source, "-o", Path(folder, "kernel.cubin")]
         done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         raise RuntimeError(f"ptxas: {done.stderr}")
-    return _said(done.stderr)
+    return _report(done.stderr)
 
 
 def ptxas() -> Path | None:
-    """Where it is, of the package nvidia-cuda-nvcc; None if that is not installed."""
+    """Return the path of ptxas from the package nvidia-cuda-nvcc; None if it is not installed."""
     if find_spec("nvidia") is None:
         return None
     import nvidia
@@ -131,8 +163,10 @@ def ptxas() -> Path | None:
     return next(found, None)
 
 
-def _said(text):
-    def number(pattern):
+def _report(text: str) -> Built:
+    """Read the numbers that ptxas prints."""
+
+    def number(pattern: str) -> int:
         return sum(int(value) for value in re.findall(pattern, text))
 
     return Built(

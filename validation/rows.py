@@ -1,15 +1,22 @@
-"""What studies measured: rows in CSV files that only grow, so that a run can be resumed."""
+"""Rows that studies measured, in CSV files that only grow, so that a run can be resumed."""
 
 import csv
 import io
 import re
+from collections.abc import Callable, Iterable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from izo_ref.app.files import replacing
 from validation import provenance
+
+# A line of measured evidence by column: bool, int, float, str or None; in JSON files lists too.
+Row: TypeAlias = dict[str, Any]
+# Columns of a table: by heading, a key of the row or a function that computes the cell.
+Columns: TypeAlias = dict[str, str | Callable[[Row], Any]]
 
 OUTCOMES = ("converged", "not converged", "failed")
 RUNS = "runs"
@@ -19,19 +26,26 @@ FLOAT = re.compile(r"[+-]?(\d+\.?\d*(e[+-]?\d+)?|inf|nan)")
 
 
 class Rows:
-    """The rows of one study, `<folder>/<study>.csv`: a line each, written as they come.
+    """The rows of one study in `<folder>/<study>.csv`; each is written as soon as it is added.
 
-    Rows are dictionaries of bool, int, float, str or None. The file has the key columns
-    first, then `run`, the id of a line of `runs.csv`, then the rest; a row with a new
-    column adds it to the file. An empty string is read back as None.
+    A row is a dictionary of bool, int, float, str or None. The file has the key columns first,
+    then `run`, which is the id of a line of `runs.csv`, then all other columns. A row with a new
+    column adds that column to the file. An empty string is read back as None.
 
-    Args:
-        folder: where the CSV files are; made with the first row.
-        study: name of the file.
-        keys: columns that say what a row is about.
+    Attributes:
+        folder: Folder of the CSV files.
+        path: The CSV file of this study.
+        keys: Columns that say what a row is about.
     """
 
-    def __init__(self, folder, study, keys):
+    def __init__(self, folder: Path | str, study: str, keys: Iterable[str]) -> None:
+        """Open the rows of a study.
+
+        Args:
+            folder: Folder of the CSV files; the first row creates it.
+            study: Name of the file, without `.csv`.
+            keys: Columns that say what a row is about.
+        """
         self.folder = Path(folder)
         self.path = self.folder / f"{study}.csv"
         self.keys = tuple(keys)
@@ -42,19 +56,19 @@ class Rows:
         alike = {row["run"] for row in known if row["quick"] == known[-1]["quick"]}
         self._seen = {self._key(row) for row in lines if row["run"] in alike}
 
-    def has(self, **key) -> bool:
-        """Whether there is a row with this key, made as quick or full as the current run."""
+    def has(self, **key: Any) -> bool:
+        """Return whether a run that was quick or full like the current one has this row."""
         return self._key(key) in self._seen
 
-    def add(self, **row):
+    def add(self, **row: Any) -> None:
         """Append a row; it is on the disk when this returns.
 
         Raises:
-                ValueError: a key is missing, an outcome unknown, or a value of another type.
+            ValueError: A key is missing, the outcome is unknown, or a value has another type.
         """
         missing = [name for name in self.keys if name not in row]
         if missing:
-            raise ValueError(f"expected the keys {self.keys}, {missing} missing")
+            raise ValueError(f"expected the keys {self.keys}, but {missing} are missing")
         if row.get("outcome", OUTCOMES[0]) not in OUTCOMES:
             raise ValueError(f"outcome: expected one of {OUTCOMES}, got {row['outcome']!r}")
         if self._run is None:
@@ -64,15 +78,15 @@ class Rows:
         _append(self.path, [_written(row.get(name)) for name in self._columns])
         self._seen.add(self._key(row))
 
-    def all(self) -> list[dict]:
-        """Every row, with its types."""
+    def all(self) -> list[Row]:
+        """Return every row, each value with its type."""
         return _lines(self.path)[1]
 
-    def _key(self, row):
+    def _key(self, row: Row) -> tuple[str, ...]:
         return tuple(_written(_plain(name, row.get(name))) for name in self.keys)
 
-    def _make_room(self, row):
-        """Write the file anew if the row has columns that it has not."""
+    def _make_room(self, row: Row) -> None:
+        """Write the file again if the row has columns that the file does not have."""
         first = (*self.keys, "run")
         columns = self._columns or list(first)
         new = [name for name in row if name not in columns]
@@ -86,34 +100,41 @@ class Rows:
             file.write("".join(map(_line, lines)).encode())
 
 
-def read(folder, study) -> list[dict]:
-    """The rows of a study; none if it was not run."""
+def read(folder: Path | str, study: str) -> list[Row]:
+    """Return the rows of a study; an empty list if the study was not run."""
     return _lines(Path(folder) / f"{study}.csv")[1]
 
 
-def runs(folder) -> list[dict]:
-    """The runs that rows came from: RUN_COLUMNS, oldest first."""
+def runs(folder: Path | str) -> list[Row]:
+    """Return the runs that measured the rows, with RUN_COLUMNS, the oldest first."""
     return read(folder, RUNS)
 
 
-def begin_run(folder, command, quick) -> int:
-    """Say what is about to make rows; a run like the last one continues it.
+def runs_of(folder: Path, rows: Iterable[Row]) -> list[Row]:
+    """Return the runs that measured these rows, the oldest first."""
+    used = {row["run"] for row in rows}
+    return [run for run in runs(folder) if run["run"] in used]
+
+
+def begin_run(folder: Path | str, command: str, quick: bool) -> int:
+    """Record the command, commit, machine and versions that are about to measure rows.
+
+    If all of them, and `quick`, are those of the last run, that run is continued.
+
+    Args:
+        folder: Folder of the CSV files; created if it does not exist.
+        command: The command that measures.
+        quick: Whether it measures fewer and smaller cases.
 
     Returns:
-        Its id, which rows added from now on carry.
+        The id of the run, which every row that is added from now on carries.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{RUNS}.csv"
     _drop_half_line(path)
     before = runs(folder)
-    made = {
-        "command": command,
-        "commit": provenance.commit(),
-        "machine": provenance.machine(),
-        "versions": provenance.versions(),
-        "quick": bool(quick),
-    }
+    made = {**provenance.made_by(command)._asdict(), "quick": bool(quick)}
     if before and all(before[-1][name] == value for name, value in made.items()):
         return before[-1]["run"]
     if not before:
@@ -124,19 +145,19 @@ def begin_run(folder, command, quick) -> int:
     return row["run"]
 
 
-def _plain(name, value):
-    """A value that a line can hold; numpy's scalars as Python's."""
+def _plain(name: str, value: Any) -> Any:
+    """Return a value that a line can hold: a scalar of numpy as one of Python."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, str):
-        return " ".join(value.split())  # a row is a line
+        return " ".join(value.split())  # a row is one line
     if not isinstance(value, (bool, int, float, type(None))):
         raise ValueError(f"{name}: expected bool, int, float, str or None, got {value!r}")
     return value
 
 
-def _written(value):
-    """A cell; a text that would be read back as a number stands in quotes."""
+def _written(value: Any) -> str:
+    """Return the text of a cell; a string that would be read back as a number gets quotes."""
     if value is None:
         return ""
     if isinstance(value, str):
@@ -144,7 +165,8 @@ def _written(value):
     return repr(value)
 
 
-def _parsed(text):
+def _parsed(text: str) -> Any:
+    """Return the value of a cell; the inverse of `_written`."""
     if text in ("", "True", "False"):
         return {"": None, "True": True, "False": False}[text]
     if text[0] == text[-1] == '"' and len(text) > 1:
@@ -154,24 +176,25 @@ def _parsed(text):
     return float(text) if FLOAT.fullmatch(text) else text
 
 
-def _line(cells):
+def _line(cells: Iterable[str]) -> str:
     out = io.StringIO()
     csv.writer(out, lineterminator="\n").writerow(cells)
     return out.getvalue()
 
 
-def _append(path, cells):
+def _append(path: Path, cells: Iterable[str]) -> None:
     with open(path, "a", encoding="utf-8", newline="") as file:
         file.write(_line(cells))
 
 
-def _whole_lines(path):
-    """The text up to the last line break: what is behind it was cut off while written."""
+def _whole_lines(path: Path) -> str:
+    """Return the text up to the last line break; a line without one was cut off while written."""
     text = path.read_bytes().decode(errors="replace") if path.is_file() else ""
     return text[: text.rfind("\n") + 1]
 
 
-def _drop_half_line(path):
+def _drop_half_line(path: Path) -> None:
+    """Remove a last line that was cut off while it was written."""
     if path.is_file():
         whole = path.read_bytes()
         end = whole.rfind(b"\n") + 1
@@ -180,8 +203,8 @@ def _drop_half_line(path):
                 file.truncate(end)
 
 
-def _lines(path):
-    """The columns, and a dictionary for each line."""
+def _lines(path: Path) -> tuple[list[str], list[Row]]:
+    """Return the columns of a file, and a row for each of its lines."""
     lines = list(csv.reader(io.StringIO(_whole_lines(path))))
     if not lines:
         return [], []

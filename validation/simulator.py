@@ -1,24 +1,28 @@
-"""numba's simulator, in which kernels run in Python: what it takes to run ours in it."""
+"""Prepare the simulator of numba-cuda, in which kernels run as Python, for our kernels."""
 
 import sys
 import threading
+from typing import Any
 
 from numba.cuda.simulator.kernelapi import FakeCUDAShared
 
 
-def prepare():
-    """Call once, before a kernel runs."""
-    # The simulator has a thread of the system for each of a block, and one that asks them all
-    # without a pause: with Python's 5 ms each of its turns takes five times as long in all.
+def prepare() -> None:
+    """Change settings of Python and of the simulator; call this once, before a kernel runs."""
+    # The simulator starts one thread of the operating system for each thread of a block, and one
+    # more thread asks them all for their state without a pause. With Python's usual switch interval
+    # of 5 ms, that thread keeps each of its turns too long, and everything takes five times as
+    # long.
     sys.setswitchinterval(1e-4)
 
-    # It looks whether another thread of the block has made the shared array, and makes it if not:
-    # two threads at once would each make their own. Kernels here have one at most, so that all
-    # calls may look like one.
-    make_or_find, one_at_a_time = FakeCUDAShared.array, threading.Lock()
+    # The first thread of a block that asks for a shared array makes it, and the others find it. The
+    # simulator does not lock this step, so two threads at once would each make an array of their
+    # own. It tells shared arrays apart by the line of the call. Behind the lock all calls come from
+    # one line, which is right because a kernel here has at most one shared array.
+    make_or_find, lock = FakeCUDAShared.array, threading.Lock()
 
-    def shared_array(self, *arguments, **named):
-        with one_at_a_time:
+    def shared_array(self: FakeCUDAShared, *arguments: Any, **named: Any) -> Any:
+        with lock:
             return make_or_find(self, *arguments, **named)
 
     FakeCUDAShared.array = shared_array

@@ -1,12 +1,16 @@
-"""What bad input raises. Each message says what was expected, what was found and where."""
+"""Errors for bad input: each message says what was expected, what was found and where."""
+
+from __future__ import annotations
+
+from izo_ref.base.records import Pairs
 
 
 class IzoError(Exception):
-    """Base of every error this package raises on purpose."""
+    """Base of every error that this package raises on purpose."""
 
 
 class ShapeError(IzoError):
-    """An array has the wrong shape or a type that does not convert without loss."""
+    """An array has the wrong shape, or a type that cannot be converted without loss."""
 
 
 class NonFiniteError(IzoError):
@@ -26,17 +30,18 @@ class MassError(IzoError):
 
 
 class ThicknessError(IzoError):
-    """A thickness is not a positive number of metres."""
+    """A thickness is not a positive, finite number of metres."""
 
 
 class InitialIntersectionError(IzoError):
     """The mesh intersects itself at the start of the step.
 
     Attributes:
-        pairs: `Pairs`, every pair that has to be left out for the rest to be free.
+        pairs: The pairs that have to be left out, so that the rest of the start is free.
     """
 
-    def __init__(self, message, pairs):
+    def __init__(self, message: str, pairs: Pairs) -> None:
+        """Keep the message and the pairs."""
         super().__init__(message)
         self.pairs = pairs
 
@@ -46,12 +51,12 @@ class OptionError(IzoError):
 
 
 class DeviceUnavailableError(IzoError):
-    """The device asked for cannot be used."""
+    """A device was asked for that cannot be used."""
 
 
 class DeviceMemoryError(IzoError):
-    """A GPU has less memory free than is needed."""
+    """A GPU has less free memory than is needed."""
 
 
 class FileFormatError(IzoError):
-    """A file does not hold what its kind has to hold."""
+    """A file cannot be read or written, or does not hold what it should."""

@@ -1,20 +1,35 @@
 """Edges of a triangle mesh, and their lengths."""
 
+from __future__ import annotations
+
 import numpy as np
 
+from izo_ref.base.arrays import Edges, Faces, Positions
 from izo_ref.base.ranges import distinct
 
 
-def edges_of(faces):
-    """(k, 2) i4, each edge of the faces once, lower index first, sorted."""
+def edges_of(faces: Faces) -> Edges:
+    """Return the edges of faces, each edge once, the lower vertex first, sorted.
+
+    Args:
+        faces: (m, 3) i4.
+
+    Returns:
+        (k, 2) i4.
+    """
     a, b = faces.T.ravel(), faces[:, [1, 2, 0]].T.ravel()
-    # both in one number: rows take thirty times as long to sort
+    # both vertices in one number, because sorting rows takes thirty times as long
     keys = distinct(np.minimum(a, b).astype(np.int64) << 32 | np.maximum(a, b))
     return np.column_stack((keys >> 32, keys & 0xFFFFFFFF)).astype(np.int32)
 
 
-def median_length(positions, edges):
-    """[m], of the edges; 0 if there are none."""
+def median_length(positions: Positions, edges: Edges) -> float:
+    """Return the median length of edges [m]; 0 if there are none.
+
+    Args:
+        positions: (n, 3) f8 [m].
+        edges: (k, 2) i4.
+    """
     if len(edges) == 0:
         return 0.0
     a, b = positions[edges].transpose(1, 0, 2)

@@ -1,4 +1,6 @@
-"""Every choice and tolerance, in one place, with its unit and its reason."""
+"""Every choice and tolerance in one place, with its unit and its reason."""
+
+from __future__ import annotations
 
 from dataclasses import dataclass, fields
 
@@ -17,17 +19,17 @@ CHOICES = {
     "precision": ("float64", "float32"),
 }
 
-# What a scene may not need, and so is left out; `izo_ref.plan` says which apply, and why. None
-# of them changes a bit of the answer, but `closed-form`, which changes its last ones.
+# Rules that leave out work which a scene does not need. `izo_ref.plan` says which of them apply to
+# a scene, and why. `closed-form` changes the last digits of the answer; the others change no bit.
 RULES = {
-    "still": "pairs of two sides that are at rest are not looked at",
-    "one-box": "a part at rest is one box until something that moves gets there",
-    "float32-boxes": "boxes are compared in float32; rounding keeps their order",
-    "incremental": "a detection looks again only at what moved since the one before",
+    "still": "pairs whose two sides are at rest are not checked",
+    "one-box": "a component at rest is one box until something that moves reaches the box",
+    "float32-boxes": "boxes are compared in float32; rounding to float32 keeps their order",
+    "incremental": "a detection rechecks only what moved since the previous detection",
     "changed-zones": "a zone without new impacts keeps its solution",
-    "small-launches": "what takes microseconds is not spread over threads",
-    "closed-form": "a zone of one impact takes one division, not a solver",
-    "float-verdicts": "exact arithmetic decides what floats cannot, and nothing else",
+    "small-launches": "work of a few microseconds runs on one thread",
+    "closed-form": "a zone of one impact is solved by one division instead of a solver",
+    "float-verdicts": "exact arithmetic decides only the pairs that floats cannot decide",
 }
 
 
@@ -36,51 +38,57 @@ class Options:
     """Options of `resolve`.
 
     Attributes:
-        selection: which of the impacts found enter the zones (SPEC 6): `independent`, by
-            time and no free vertex twice, ends closest to the candidate positions and
-            takes the most iterations; `first-of-any`, those that are the earliest for one
-            of their free vertices; `all`.
-        max_iterations: detections of the main loop before zones are scaled back. ARCSim
-            allows 100; the steps this was developed on take 2 to 50.
-        relinearize: rounds at most in which the active impacts get new normals and
-            weights at the answer (SPEC 6). 0 switches it off.
-        relinearize_gain: a round pays if it lowers the objective by this fraction at
-            least; else it is the last.
-        method: how a zone is solved; `auto` takes the closed form for one impact; block
-            pivoting up to `small_zone` impacts and, where that gives up, `active-set`; for
-            all others `apgs` where it is fast, else `interior-point`, and from their last
-            solution on block pivoting again (`pivoting`). A GPU takes the same up to 32
-            impacts, `newton` for the others, and leaves to the processor what that does not solve.
-            Of the augmented Lagrangian (SPEC 3 and 4): `gradient`, `jacobi`, `chebyshev`,
-            `cg`, `lbfgs`, `newton`. Sweeps over the multipliers: `pgs`, and
-            accelerated, `apgs`.
-        line_search: of the augmented-Lagrangian methods: `exact`, `backtracking` until
-            Armijo's condition holds, `wolfe` (the strong conditions). The page's own is
-            `backtracking`, so that is the default.
-        multiplier_update: of the augmented-Lagrangian methods: `every-step`, as on the
-            page, or after an `inner-solve`, as in ARCSim.
-        penalty: mu of the augmented-Lagrangian methods: `fixed`, as in the three systems
-            of SPEC 4, or `grown` when the violation does not fall enough.
-        preset: a system whose parameters an augmented-Lagrangian method takes: `arcsim`,
-            `icloth`, `xrtailor` (SPEC 4). It fixes method, line search, updates and
-            scaling, so `method` is then `auto` or the preset's own.
-        max_steps: [steps] of an augmented-Lagrangian method, or sweeps, on one zone.
-            Gradient descent takes tens of thousands where rows are nearly parallel; a preset
-            takes no more than its system does.
-        precision: of the arrays of an augmented-Lagrangian method and of sweeps; residuals
-            are float64 in either case. `float32` ends at a relative gap of about 1e-6 and a
-            violation of 1e-5 to 1e-4 of the thickness, whatever the tolerances.
-        small_zone: [impacts], see `method`. Block pivoting factors dense matrices of the
-            active impacts, an active set takes a step for each row that block pivoting did
-            not find: 0.6 and 4 ms for 256 impacts, random and redundant, where the interior
-            point takes 5 and 6; 80 ms for a pile of 490, against 8.
-        gap_tolerance: relative duality gap at which a zone counts as solved.
-        violation_tolerance: largest violation, as a fraction of the thickness, at which a
-            zone counts as solved.
-        thickness_fraction: thickness if none is given, as a fraction of the median length
-            of the edges at the start.
-        plan: `needed`: every rule of `RULES` is applied where it can be; `everything`: none
-            is; or the names of those that are. For comparing: the answer is the same.
+        selection: Which of the impacts found enter the zones (SPEC section 6). `independent` takes
+            impacts in the order of their times, and none that shares an unpinned vertex with one
+            taken before. `first-of-any` takes an impact if it is the earliest for at least one of
+            its unpinned vertices. `all` takes all. `independent` is the default because it ends
+            closest to the proposed positions; it takes the most iterations.
+        max_iterations: Largest number of detections of the main loop before zones are scaled back.
+            ARCSim allows 100; the steps on which this was developed take 2 to 50.
+        relinearize: Largest number of rounds in which the active impacts get new normals and
+            weights at the answer (SPEC section 6). 0 switches these rounds off.
+        relinearize_gain: Smallest fraction by which a round has to lower the objective to be
+            followed by another round.
+        method: How a zone is solved. `auto` uses the closed form for one impact. It uses block
+            pivoting for zones of up to `small_zone` impacts, and `active-set` where block pivoting
+            gives up. For larger zones it uses `apgs` where that is fast, else `interior-point`;
+            once such a zone has a solution, block pivoting continues from it
+            (`solvers/pivoting.py`). A GPU does the same for zones of up to 32 impacts, uses
+            `newton` for the others, and leaves to the CPU what that does not solve.
+            Augmented-Lagrangian methods (SPEC sections 3 and 4) are `gradient`, `jacobi`,
+            `chebyshev`, `cg`, `lbfgs` and `newton`. Sweeps over the multipliers are `pgs` and the
+            accelerated `apgs`.
+        line_search: Line search of the augmented-Lagrangian methods: `exact`, `backtracking`
+            (until Armijo's condition holds) or `wolfe` (until the strong Wolfe conditions hold).
+            The default is `backtracking`, because the page uses it.
+        multiplier_update: When the augmented-Lagrangian methods update the multipliers:
+            `every-step`, as on the page, or after each `inner-solve`, as in ARCSim.
+        penalty: Penalty mu of the augmented-Lagrangian methods: `fixed`, as in the three systems
+            of SPEC section 4, or `grown` whenever the violation does not fall enough.
+        preset: System whose parameters an augmented-Lagrangian method takes: `arcsim`, `icloth`
+            or `xrtailor` (SPEC section 4), or None. A preset fixes method, line search, updates
+            and scaling; `method` is then `auto` or the preset's own.
+        max_steps: Largest number of steps of an augmented-Lagrangian method, or of sweeps, on one
+            zone. Gradient descent takes tens of thousands of steps where constraints are nearly
+            parallel. A preset takes no more steps than its system does.
+        precision: Precision of the arrays of the augmented-Lagrangian methods and of sweeps,
+            `float64` or `float32`. Residuals are computed in float64 in either case. With
+            `float32` the solvers end at a relative gap of about 1e-6 and a violation of 1e-5 to
+            1e-4 of the thickness, whatever the tolerances are.
+        small_zone: Largest number of impacts of a zone that `method` `auto` solves by block
+            pivoting. Block pivoting factors dense matrices of the active impacts, and the active
+            set takes one step for each constraint that block pivoting did not find. For 256
+            impacts they take 0.6 ms (random impacts) and 4 ms (redundant impacts), where the
+            interior point takes 5 ms and 6 ms. For a pile of 490 impacts they take 80 ms, where
+            the interior point takes 8 ms.
+        gap_tolerance: Largest relative duality gap at which a zone counts as solved.
+        violation_tolerance: Largest violation, as a fraction of the thickness, at which a zone
+            counts as solved.
+        thickness_fraction: Thickness as a fraction of the median edge length at the start, used
+            if no thickness is given.
+        plan: Which of the rules of `RULES` are applied where they can be: `needed` is all of
+            them, `everything` is none of them, and a tuple names some of them. This is for
+            comparisons: the answer is the same, except for the last digits with `closed-form`.
     """
 
     selection: str = "independent"
@@ -100,10 +108,23 @@ class Options:
     thickness_fraction: float = 1e-3
     plan: str | tuple[str, ...] = "needed"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
+        """Check each value, and the combinations.
+
+        Raises:
+            OptionError: A value is not offered, or two values exclude each other.
+        """
+        self._check_choices()
+        self._check_numbers()
+        self._check_plan()
+        self._check_combinations()
+
+    def _check_choices(self) -> None:
         for name, choices in CHOICES.items():
             if getattr(self, name) not in choices:
                 raise OptionError(f"{name}: expected one of {choices}, got {getattr(self, name)!r}")
+
+    def _check_numbers(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
             is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
@@ -111,24 +132,31 @@ class Options:
                 continue
             if not (is_number and value >= 0):
                 raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")
+
+    def _check_plan(self) -> None:
         named = () if self.plan in ("needed", "everything") else self.plan
         unknown = (
             [named] if isinstance(named, str) else [rule for rule in named if rule not in RULES]
         )
         if unknown:
             raise OptionError(
-                f"plan: expected 'needed', 'everything' or names of {tuple(RULES)}, "
+                f"plan: expected 'needed', 'everything', or a tuple with names of {tuple(RULES)}, "
                 f"got {unknown[0]!r}"
             )
-        own = PRESET_METHODS.get(self.preset)
+
+    def _check_combinations(self) -> None:
+        own = None if self.preset is None else PRESET_METHODS[self.preset]
         if own and self.method not in ("auto", own):
             raise OptionError(
-                f"preset: {self.preset!r} is the method {own!r}, expected that or 'auto' as "
+                f"preset: {self.preset!r} is the method {own!r}; expected 'auto' or {own!r} as "
                 f"method, got {self.method!r}"
             )
         float32_offered = own or self.method in (*LAGRANGIAN, *SWEEPS)
         if self.precision == "float32" and not float32_offered:
-            raise OptionError(f"precision: the method {self.method!r} offers float64 only")
+            raise OptionError(
+                f"precision: the method {self.method!r} offers float64 only; for float32, choose "
+                f"one of {(*SWEEPS, *LAGRANGIAN)} as method"
+            )
 
     @property
     def rules(self) -> frozenset[str]:

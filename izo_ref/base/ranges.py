@@ -1,19 +1,39 @@
 """Index arrays of blocks that lie side by side, and numbers without repetition."""
 
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
 import numpy as np
+from numpy.typing import NDArray
+
+from izo_ref.base.arrays import AnyInts, Indices, Offsets
+
+Number = TypeVar("Number", bound=np.generic)
 
 
-def ranges(starts, counts):
-    """starts[0], starts[0] + 1, ... (counts[0] of them), then the same of starts[1], ..."""
+def ranges(starts: AnyInts, counts: AnyInts) -> Indices:
+    """Return the numbers of several ranges, one range after the other.
+
+    Args:
+        starts: (n,) integers, the first number of each range.
+        counts: (n,) integers, how many numbers each range has.
+
+    Returns:
+        (m,) i8, starts[0], starts[0] + 1, ... (counts[0] numbers), then the same for starts[1], ...
+    """
     before = np.cumsum(counts) - counts
     return np.arange(counts.sum()) + np.repeat(starts - before, counts)
 
 
-def distinct(numbers):
-    """The numbers that there are, ascending.
+def distinct(numbers: NDArray[Number]) -> NDArray[Number]:
+    """Return the distinct numbers of an array, ascending.
 
-    As `np.unique`, which from numpy 2.3 on looks integers up in a table: for the edges of a
-    million triangles that takes fifty times as long as sorting them.
+    This is `np.unique` by sorting. From numpy 2.3 on, `np.unique` looks integers up in a table,
+    which takes fifty times as long as sorting for the edges of a million triangles.
+
+    Args:
+        numbers: (n,) numbers.
     """
     ascending = np.sort(numbers)
     first = np.ones(len(ascending), bool)
@@ -21,8 +41,17 @@ def distinct(numbers):
     return ascending[first]
 
 
-def members(values, offsets, chosen):
-    """The blocks chosen, one after the other, and where each begins."""
+def members(values: NDArray[Any], offsets: Offsets, chosen: Indices) -> tuple[Any, Offsets]:
+    """Return the entries of chosen blocks, one block after the other.
+
+    Args:
+        values: (n, ...) entries, block by block.
+        offsets: (n_blocks + 1,) i8, where each block begins, and the end.
+        chosen: (m,) i8, the blocks.
+
+    Returns:
+        The entries, and (m + 1,) i8, where each chosen block begins in them, and the end.
+    """
     counts = np.diff(offsets)[chosen]
     index = ranges(offsets[:-1][chosen], counts)
     return values[index], np.concatenate(([0], np.cumsum(counts)))

@@ -98,7 +98,7 @@ class Impacts(NamedTuple):
 
     def take(self, index: Any) -> Impacts:
         """Return the impacts of an index array or a mask."""
-        return Impacts(*(column[index] for column in self))
+        return Impacts._make(column[index] for column in self)
 
 
 def no_impacts() -> Impacts:
@@ -115,7 +115,7 @@ def no_impacts() -> Impacts:
 def join_impacts(parts: Iterable[Impacts]) -> Impacts:
     """Return the impacts of several records, one record after the other."""
     records = list(parts) or [no_impacts()]
-    return Impacts(*(np.concatenate(columns) for columns in zip(*records, strict=True)))
+    return Impacts._make(np.concatenate(columns) for columns in zip(*records, strict=True))
 
 
 class DetectionCounts(NamedTuple):
@@ -145,6 +145,7 @@ class PairCounts:
     """
 
     def __init__(self, moved: int = 0) -> None:
+        """Start all counts of pairs and steps at zero."""
         self.moved = moved
         self.pairs = {"vertex_face": 0, "edge_edge": 0}
         self.steps = 0

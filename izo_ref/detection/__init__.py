@@ -1,5 +1,5 @@
-"""Find every vertex-face and edge-edge pair that meets on a path.
+"""Detection: find every vertex-face and edge-edge pair that meets on a path.
 
-May import `base` alone. Start with `find.py`, then `detector.py`; the proof that nothing is missed
-is in `formulas/advance.py`.
+May import `base` alone. Start with `find.py`, then read `detector.py`. The proof that no pair is
+missed is in `formulas/advance.py`.
 """

@@ -1,50 +1,64 @@
-"""Parts of a mesh that are connected, and the boxes they move in."""
+"""Connected components of a mesh, and the boxes in which they move."""
 
 import numpy as np
 
+from izo_ref.base.arrays import Faces, Flags, Positions
 from izo_ref.base.serial.components import impact_components
 
-# Boxes of moving parts that are compared one by one; of more, only the box about all.
+# Up to this many moving components are compared one by one. If there are more, the box about all
+# of them is compared.
 FEW = 1000
 
 
 class MeshComponents:
-    """Connected parts of a mesh; a vertex in no face is a part.
+    """Connected components of a mesh; a vertex in no face is a component of its own.
 
     Args:
-        n_vertices: of the mesh.
+        n_vertices: Number of vertices of the mesh.
         faces: (m, 3) i4.
 
     Attributes:
-        part: (n_vertices,) i8, the part that each vertex is in.
-        count: of parts.
+        component: (n_vertices,) i8, the component that each vertex is in.
+        count: Number of components.
     """
 
-    def __init__(self, n_vertices, faces):
-        roots, component = np.arange(n_vertices), np.empty(len(faces), np.int64)
+    def __init__(self, n_vertices: int, faces: Faces) -> None:
+        """Find the components; the class says what the arguments are."""
+        roots, face_roots = np.arange(n_vertices), np.empty(len(faces), np.int64)
         corners = np.column_stack((faces, faces[:, 0]))
-        nobody = np.zeros(n_vertices, bool)
-        impact_components(corners, nobody, np.empty(n_vertices, np.int64), component)
-        roots[faces] = component[:, None]
-        _, self.part = np.unique(roots, return_inverse=True)
-        self.count = int(self.part.max(initial=-1)) + 1
-        self._order = np.argsort(self.part, kind="stable")
-        self._starts = np.searchsorted(self.part[self._order], np.arange(self.count))
+        unpinned = np.zeros(n_vertices, bool)
+        impact_components(corners, unpinned, np.empty(n_vertices, np.int64), face_roots)
+        roots[faces] = face_roots[:, None]
+        _, self.component = np.unique(roots, return_inverse=True)
+        self.count = int(self.component.max(initial=-1)) + 1
+        self._order = np.argsort(self.component, kind="stable")
+        self._starts = np.searchsorted(self.component[self._order], np.arange(self.count))
 
-    def boxes(self, positions):
-        """(count, 3) f8 [m] each, minima and maxima."""
+    def boxes(self, positions: Positions) -> tuple[Positions, Positions]:
+        """Return the minima and the maxima of each component, (count, 3) f8 [m] each."""
         sorted_positions = positions[self._order]
         return (
             np.minimum.reduceat(sorted_positions, self._starts),
             np.maximum.reduceat(sorted_positions, self._starts),
         )
 
-    def moving(self, positions_t0, positions_t1):
-        """(count,) b1, whether a vertex of each moves."""
-        return np.isin(np.arange(self.count), self.part[(positions_t0 != positions_t1).any(axis=1)])
+    def moving(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
+        """Return which components have a vertex that moves, (count,) b1."""
+        moving_vertices = (positions_t0 != positions_t1).any(axis=1)
+        return np.isin(np.arange(self.count), self.component[moving_vertices])
 
-    def out_of_reach(self, positions_t0, positions_t1):
-        """(count,) b1, parts at rest whose box is met by none that moves."""
+    def out_of_reach(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
+        """Return which components are at rest and meet the box of no moving component.
+
+        The box of a moving component holds its start and its end, hence its path.
+
+        Args:
+            positions_t0: (n_vertices, 3) f8 [m].
+            positions_t1: (n_vertices, 3) f8 [m].
+
+        Returns:
+            (count,) b1.
+        """
         moving = self.moving(positions_t0, positions_t1)
         far = ~moving
         if not moving.any() or moving.all():

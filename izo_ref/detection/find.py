@@ -5,22 +5,25 @@ from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.detection.detector import Detector
 
 
-def find_impacts(scene, device="cpu") -> Impacts:
-    """Every vertex-face and edge-edge pair that meets on the path of a scene.
+def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
+    """Find every vertex-face and edge-edge pair that meets on the path of a scene.
 
-    A pair that is only touched, at any time up to t = 1, meets; so does one that comes
-    closer than rounding can tell from touching: some 1e-14 of its size, more for slivers.
-    None is missed.
+    The path leads from `positions_t0` to `positions_t1`. A pair meets if its sides touch at any
+    time up to and including t = 1. No such pair is missed. A pair that comes so close that rounding
+    cannot tell whether it touches is an impact too: this distance is about 1e-14 of the size of the
+    pair, and larger for slivers.
 
     Args:
-        scene: `Scene`.
-        device: `cpu`, `cuda` or `auto`, as of `resolve`.
+        scene: The `Scene`.
+        device: `cpu`, `cuda` or `auto`; `auto` takes a GPU for large scenes if there is one.
 
     Returns:
-        `Impacts`: vertex-face pairs by vertex and face, then edge-edge pairs by edges.
+        `Impacts`: first the vertex-face pairs, sorted by vertex and face, then the edge-edge pairs,
+        sorted by their edges.
 
     Raises:
-        OptionError, DeviceUnavailableError.
+        OptionError: `device` has another value.
+        DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
 
     Source: SPEC section 1; the proof is in `detection/formulas/advance.py`.
     """

@@ -1,13 +1,16 @@
-"""Detection on a GPU: the same impacts, in the same order, as `detection/detector.py` finds.
+"""Detection on a GPU: finds the same impacts as `detection/detector.py`, in the same order.
 
-Each path is looked at anew: all pairs whose moving boxes meet, counted and then written, so
-that there is no limit; of these the contacts, and of those the impacts, sorted.
+Nothing is kept from one path to the next. For each path, the pairs whose moving boxes meet are
+counted and then written, so that there is no limit to their number. Among them the contacts are
+found, and among these the impacts, which are sorted.
 """
 
+from collections.abc import Iterator
 from itertools import zip_longest
 
 import numpy as np
 
+from izo_ref.base.arrays import GpuArray, Indices, Ints, Offsets, Positions
 from izo_ref.base.cuda.arrays import LARGEST, SUM
 from izo_ref.base.gpu_arrays import (
     arange,
@@ -24,34 +27,35 @@ from izo_ref.base.gpu_arrays import (
     to_gpu,
 )
 from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_gpu
-from izo_ref.base.records import Impacts, PairCounts, no_impacts
+from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
 from izo_ref.detection.formulas.advance import MAX_STEPS
 from izo_ref.detection.serial.tree import Tree
 from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
 
-# Pairs that are looked at in one launch: what is kept of each takes 64 bytes until the contacts
-# are known.
+# Pairs that one launch looks at. Each takes 64 bytes until the contacts are known.
 BATCH = 1 << 22
 
 
 class Elements:
-    """Elements of one kind in a tree of boxes.
+    """Elements of one kind (vertices, edges or faces), sorted in space, in a tree of boxes.
 
     Args:
-        nodes: (n, k) i4, on the processor.
-        positions_t0: (n_vertices, 3) f8 [m], on the device.
-        grid: origin and cells per metre of the curve along which they are sorted.
+        nodes: (n, k) i4, vertices of the elements, on the CPU.
+        positions_t0: (n_vertices, 3) f8 [m], start positions, on the GPU.
+        grid: Origin (3,) [m], on the GPU, and cells per metre of the grid of the Morton curve along
+            which the elements are sorted.
 
     Attributes:
-        tree: `Tree`, on the device.
-        levels: its levels, on the processor.
-        numbers: (n,) i8, 0, 1, ...
-        no_room: (n + 1,) i8, zeros.
+        tree: `Tree`, on the GPU.
+        levels: (n_levels + 1,) i8, `tree.levels` on the CPU.
+        numbers: (n,) i8, 0 to n - 1, on the GPU.
+        no_room: (n + 1,) i8, zeros, on the GPU: starts with which nothing is written.
     """
 
-    def __init__(self, nodes, positions_t0, grid):
+    def __init__(self, nodes: Ints, positions_t0: GpuArray, grid: tuple[GpuArray, float]) -> None:
+        """Sort the elements, and make the tree with empty boxes."""
         n = len(nodes)
         nodes, codes = to_gpu(nodes), empty(n, np.int64)
         trees.compute_morton_codes[n](positions_t0, nodes, *grid, codes)
@@ -67,14 +71,15 @@ class Detector:
     """Finds the impacts of paths that start at the same positions, which are free.
 
     Args:
-        scene: `Scene`.
-        counts_proofs: whether the counts does.
+        scene: The scene, which gives the start, the mesh and the pairs to ignore.
+        counts_proofs: Whether to count the steps of the proofs; otherwise these counts stay 0.
 
     Attributes:
         counts: `PairCounts` of the last detection.
     """
 
-    def __init__(self, scene, counts_proofs=False):
+    def __init__(self, scene: SceneArrays, counts_proofs: bool = False) -> None:
+        """Copy the mesh to the GPU and make the trees."""
         start = scene.positions_t0
         self.counts, self._counts_proofs = PairCounts(), counts_proofs
         self._n = len(start)
@@ -93,15 +98,15 @@ class Detector:
         self._excluded = to_gpu(_excluded_keys(scene))
         self._no_reach = full(self._n, 0.0, np.float64)
 
-    def find(self, positions_t1) -> Impacts:
-        """Impacts of the path from the start to `positions_t1`.
+    def find(self, positions_t1: GpuArray) -> Impacts:
+        """Find the impacts of the path from the start to `positions_t1`.
 
         Args:
-            positions_t1: (n_vertices, 3) f8 [m], on the device.
+            positions_t1: (n_vertices, 3) f8 [m], on the GPU.
 
         Returns:
-            `Impacts` on the device: vertex-face pairs by vertex and face, then edge-edge
-            pairs by edges.
+            `Impacts` on the GPU: first the vertex-face pairs, sorted by vertex and face, then the
+            edge-edge pairs, sorted by their edges.
         """
         self.counts = PairCounts()
         if not self._has_faces:
@@ -123,10 +128,11 @@ class Detector:
         frames.gather_impacts[index.shape[0]](self._start, positions_t1, index, *contacts, *found)
         return found
 
-    def _refit(self, positions_t1):
-        """Boxes of all; those that do not move are not looked at, but met.
+    def _refit(self, positions_t1: GpuArray) -> GpuArray:
+        """Fit all boxes, and return which vertices move, (n_vertices,) b1.
 
-        Returns which vertices move, (n_vertices,) b1.
+        Only elements with such a vertex are marked. Elements at rest are not compared with each
+        other, but can be hit.
         """
         boxes, moved = empty((self._n, 9), np.float32), empty(self._n, np.bool_)
         trees.compute_path_boxes[self._n](self._start, positions_t1, *self._frame, boxes, moved)
@@ -138,10 +144,16 @@ class Detector:
                 trees.fit_parent_boxes[n_blocks](level, *own)
         return moved
 
-    def _contacts(self, kind, first, second, positions_t1):
-        """Those that are not proved apart, by batches of pairs: keys, nodes, times, directions."""
-        pairs = _meeting_pairs(first, second)
-        first, second = first.tree, second.tree
+    def _contacts(
+        self, kind: str, queries: Elements, leaves: Elements, positions_t1: GpuArray
+    ) -> Iterator[tuple[GpuArray, ...]]:
+        """Yield the contacts of each batch of pairs.
+
+        Contacts are the pairs that are not proved apart: their keys, nodes, kinds, times and last
+        directions.
+        """
+        pairs = _meeting_pairs(queries, leaves)
+        first, second = queries.tree, leaves.tree
         for begin in range(0, max(pairs.shape[0], 1), BATCH):
             batch = pairs[begin : begin + BATCH]
             n = batch.shape[0]
@@ -150,10 +162,8 @@ class Detector:
             contacts.find_contacts[n](
                 arange(n),
                 batch,
-                first.order,
-                first.nodes,
-                second.order,
-                second.nodes,
+                first,
+                second,
                 self._start,
                 positions_t1,
                 self._no_reach,
@@ -178,7 +188,7 @@ class Detector:
             self._count(kind, n, tallies)
             yield found
 
-    def _count(self, kind, n, tallies):
+    def _count(self, kind: str, n: int, tallies: GpuArray) -> None:
         proofs, most = 0, 0
         if self._counts_proofs and n:
             proofs, most = reduce(tallies, SUM, 1), reduce(tallies, LARGEST, 2)
@@ -186,38 +196,57 @@ class Detector:
 
 
 class HostDetector:
-    """A detector for a step on the processor, called as `izo_ref.detection.detector.Detector` is.
+    """A detector on the GPU with the interface of the one on the CPU (`detection/detector.py`).
 
-    `seen`: (n_vertices, 3) f8 [m] on the processor, where the last path ended, if there was one.
+    Args:
+        detector: The detector on the GPU.
+        previous_t1: (n_vertices, 3) f8 [m], on the CPU, ends of the path of the last detection;
+            None if there was none.
+
+    Attributes:
+        counts: `PairCounts` of the last detection.
     """
 
-    def __init__(self, detector: Detector, seen=None):
-        self._detector, self._seen = detector, seen
+    def __init__(self, detector: Detector, previous_t1: Positions | None = None) -> None:
+        """Wrap a detector."""
+        self.counts = detector.counts
+        self._detector, self._previous_t1 = detector, previous_t1
 
-    def find(self, positions_t1) -> Impacts:
+    def find(self, positions_t1: Positions) -> Impacts:
+        """Find the impacts of the path from the start to `positions_t1`.
+
+        Args:
+            positions_t1: (n_vertices, 3) f8 [m], on the CPU.
+
+        Returns:
+            `Impacts` on the CPU, sorted as those of the detector.
+        """
         moved = len(positions_t1)
-        if self._seen is not None:
-            moved = np.count_nonzero((positions_t1 != self._seen).any(axis=1))
-        self._seen = positions_t1.copy()
+        if self._previous_t1 is not None:
+            moved = np.count_nonzero((positions_t1 != self._previous_t1).any(axis=1))
+        self._previous_t1 = positions_t1.copy()
         found = self._detector.find(to_gpu(positions_t1))
         self.counts = self._detector.counts
         self.counts.moved = int(moved)
         return impacts_to_cpu(found)
 
 
-def find_impacts(scene) -> Impacts:
-    """What `izo_ref.find_impacts` finds, on the processor."""
+def find_impacts(scene: SceneArrays) -> Impacts:
+    """Find the impacts of a scene on the GPU, and return them on the CPU."""
     return impacts_to_cpu(Detector(scene).find(positions_of(scene, "positions_t1")))
 
 
-def _sizes(levels_of_trees):
-    """Blocks of each level of several trees together, from the elements' up."""
+def _sizes(levels_of_trees: list[Offsets]) -> list[int]:
+    """Return the number of blocks in each level of several trees together, elements first."""
     sizes = [np.diff(levels) for levels in levels_of_trees]
     return [sum(map(int, level)) for level in zip_longest(*sizes, fillvalue=0)]
 
 
-def _meeting_pairs(queries: Elements, leaves: Elements):
-    """(n, 2) i4, places of a query and a leaf whose boxes meet: counted, then written."""
+def _meeting_pairs(queries: Elements, leaves: Elements) -> GpuArray:
+    """Return the places of each query and leaf whose moving boxes meet, (n, 2) i4.
+
+    A first launch counts the pairs, a second one writes them.
+    """
     n = queries.tree.nodes.shape[0]
     counts, same = empty(n, np.int64), queries is leaves
     trees, nothing = (queries.tree, leaves.tree), empty((0, 2), np.int32)
@@ -228,19 +257,19 @@ def _meeting_pairs(queries: Elements, leaves: Elements):
     return pairs
 
 
-def _excluded_keys(scene):
-    """Keys of the pairs left out, ascending, as `gather_contacts` makes them."""
+def _excluded_keys(scene: SceneArrays) -> Indices:
+    """Return the keys of the pairs to ignore, ascending, as `gather_contacts` makes them."""
     if scene.excluded is None:
         return np.empty(0, np.int64)
     nodes, ee = scene.excluded.nodes.astype(np.int64), scene.excluded.is_edge_edge
     faces = _row_numbers(scene.faces, nodes[~ee, 1:])
     one, other = _row_numbers(scene.edges, nodes[ee, :2]), _row_numbers(scene.edges, nodes[ee, 2:])
     low, high = np.minimum(one, other), np.maximum(one, other)
-    vertex_face = (nodes[~ee, 0] << 32 | faces) + contacts.BEFORE
+    vertex_face = (nodes[~ee, 0] << 32 | faces) + contacts.VERTEX_FACE_OFFSET
     return np.sort(np.concatenate((vertex_face, low << 32 | high)))
 
 
-def _row_numbers(rows, wanted):
-    """(n,) i8, which row has the nodes of each row wanted, in any order."""
+def _row_numbers(rows: Ints, wanted: Indices) -> Indices:
+    """Return the number of the row that has the nodes of each wanted row, in any order, (n,) i8."""
     numbers = {tuple(sorted(row)): i for i, row in enumerate(rows.tolist())}
     return np.array([numbers[tuple(sorted(row))] for row in wanted.tolist()], np.int64)

@@ -1,123 +1,181 @@
-"""Broad phase: which elements have moving boxes that meet."""
+"""Broad phase on the CPU: trees of elements, and the pairs of elements whose moving boxes meet."""
 
 from math import frexp, gcd, ldexp
 
 import numpy as np
+from numpy.typing import DTypeLike
 
+from izo_ref.base.arrays import (
+    AnyFloats,
+    Bits,
+    Flags,
+    Floats,
+    Indices,
+    Ints,
+    Offsets,
+    Positions,
+)
 from izo_ref.base.ranges import ranges
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, find_pairs
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 
+# Pairs for which each chunk of queries has room at first: eight for each query. Memory that is
+# never written to is not taken.
+ROOM = 8 * CHUNK
+
 
 class Elements:
     """Elements of one kind (vertices, edges or faces), sorted in space, in a tree of boxes.
 
-    The order is made once, from where they start.
+    Each element has a place in the tree. The order is made once, from the start positions.
 
     Args:
-        nodes: (n, k) i4, vertices of all there are.
-        positions_t0: (n_vertices, 3) f8 [m].
-        ids: (m,) which of them; all if None.
-        dtype: of the boxes.
+        nodes: (n, k) i4, vertices of all elements of this kind.
+        positions_t0: (n_vertices, 3) f8 [m], start positions.
+        ids: (m,), the elements that enter the tree; all if None.
+        dtype: Type of the boxes, f4 or f8.
 
     Attributes:
         tree: `Tree`.
     """
 
-    def __init__(self, nodes, positions_t0, ids=None, dtype=np.float32):
+    def __init__(
+        self,
+        nodes: Ints,
+        positions_t0: Positions,
+        ids: Indices | None = None,
+        dtype: DTypeLike = np.float32,
+    ) -> None:
+        """Sort the elements, and make the tree with empty boxes."""
         chosen = nodes if ids is None else nodes[ids]
         order = np.argsort(morton_codes_of(positions_t0, chosen))
         order = (order if ids is None else ids[order]).astype(np.int32)
         self.tree = Tree(order, np.ascontiguousarray(nodes[order]), *bare_tree(len(order), dtype))
 
-    def refit(self, vertex_boxes, vertex_moved):
-        """Boxes of elements with a moved vertex; they are the ones looked at."""
+    def refit(self, vertex_boxes: AnyFloats, vertex_moved: Flags) -> None:
+        """Mark the elements with a moved vertex, and fit their boxes and those above them.
+
+        Args:
+            vertex_boxes: (n_vertices, 9), as `vertex_boxes` makes them.
+            vertex_moved: (n_vertices,) b1.
+        """
         tree = self.tree
         kernels.flag_moved_lanes(vertex_moved, tree.nodes, tree.lanes)
         kernels.fit_element_blocks(vertex_boxes, tree.nodes, tree.lanes, tree.blocks)
         for first, end in zip(tree.levels[:-2], tree.levels[1:-1], strict=True):
             kernels.fit_parent_blocks(first, end, tree.lanes, tree.blocks)
 
-    def with_vertex(self, marked):
-        """(n,) b1, whether the element in each place has a marked vertex."""
+    def with_vertex(self, marked: Flags) -> Flags:
+        """Return whether the element in each place has a marked vertex.
+
+        Args:
+            marked: (n_vertices,) b1.
+
+        Returns:
+            (>= m,) b1; places behind the last element are False.
+        """
         lanes = np.empty(self.tree.levels[1], np.uint8)
         kernels.flag_moved_lanes(marked, self.tree.nodes, lanes)
-        return _each(lanes)
+        return _unpacked(lanes)
 
-    def in_lanes(self):
-        """(n,) b1, whether the element in each place has to be looked at."""
-        return _each(self.tree.lanes[: self.tree.levels[1]])
+    def in_lanes(self) -> Flags:
+        """Return whether the element in each place is marked in the tree, (>= m,) b1."""
+        return _unpacked(self.tree.lanes[: self.tree.levels[1]])
 
 
-def bare_tree(n, dtype):
-    """Blocks, lanes and levels of a `Tree` over n elements, without their boxes."""
+def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:
+    """Return the blocks, lanes and levels of a `Tree` over n elements; the boxes are not set."""
     sizes = [-(-max(n, 1) // WIDTH)]
     while sizes[-1] > 1 or len(sizes) == 1:
         sizes.append(-(-sizes[-1] // WIDTH))
     levels = np.concatenate(([0], np.cumsum(sizes)))
     blocks = np.empty((levels[-1], ROWS, WIDTH), dtype)
-    for last in levels[1:] - 1:  # lanes with nothing in there: apart from all that is
+    for last in levels[1:] - 1:  # empty lanes hold boxes that meet nothing
         blocks[last, [0, 1, 2, 6, 7, 8]] = np.inf
         blocks[last, [3, 4, 5, 9, 10, 11]] = -np.inf
     return blocks, np.zeros(levels[-1], np.uint8), levels
 
 
-def _each(lanes):
+def _unpacked(lanes: Bits) -> Flags:
     return np.unpackbits(lanes, bitorder="little").view(bool)
 
 
-def morton_codes_of(positions, nodes):
-    """(n,) i8, where on a Morton curve the mean of each row of nodes lies."""
+def morton_codes_of(positions: Positions, nodes: Ints) -> Indices:
+    """Return the place on a Morton curve of the mean of the nodes in each row, (n,) i8."""
     codes = np.zeros(len(nodes), np.int64)
     if len(nodes):
         kernels.compute_morton_codes(positions, nodes, *morton_grid(positions), codes)
     return codes
 
 
-def morton_grid(positions):
-    """Origin (3,) [m] and cells per metre of 2^21 cells over the widest extent."""
+def morton_grid(positions: Positions) -> tuple[Floats, float]:
+    """Return the origin (3,) [m] and the cells per metre of the grid of a Morton curve.
+
+    The grid has 2^21 cells over the widest extent.
+    """
     low, high = _bounds(positions)
     extent = float((high - low).max())
     return low, 2.0**21 / extent if extent > 0.0 else 0.0
 
 
-def _bounds(positions):
-    """Lowest and highest coordinates, (3,) each; along axis 0 numpy takes 14 times as long."""
-    columns = positions.T
+def _bounds(positions: Positions) -> tuple[Floats, Floats]:
+    """Return the lowest and the highest coordinates, (3,) each."""
+    columns = positions.T  # one by one: numpy takes 14 times as long along axis 0
     return np.array([c.min() for c in columns]), np.array([c.max() for c in columns])
 
 
-def vertex_boxes(positions_t0, low_t1, high_t1, dtype=np.float32):
-    """(n_vertices, 9), where each vertex starts, and between what it ends."""
+def vertex_boxes(
+    positions_t0: Positions,
+    low_t1: Positions,
+    high_t1: Positions,
+    dtype: DTypeLike = np.float32,
+) -> AnyFloats:
+    """Return the start of each vertex and the box in which it ends, without unit.
+
+    Args:
+        positions_t0: (n_vertices, 3) f8 [m], start.
+        low_t1: (n_vertices, 3) f8 [m], lowest end.
+        high_t1: (n_vertices, 3) f8 [m], highest end.
+        dtype: f4 or f8.
+
+    Returns:
+        (n_vertices, 9): start, lowest end, highest end.
+    """
     boxes = np.empty((len(positions_t0), 9), dtype)
     if len(boxes):
         kernels.compute_vertex_boxes(positions_t0, low_t1, high_t1, *box_frame(positions_t0), boxes)
     return boxes
 
 
-def box_frame(positions_t0):
-    """Origin (3,) [m] and scale [1/m] of boxes: the centre of the start, and a power of two of
-    its extent, so that float32 says most."""
+def box_frame(positions_t0: Positions) -> tuple[Floats, float]:
+    """Return the origin (3,) [m] and the scale [1/m] of the coordinates of boxes.
+
+    The origin is the centre of the start, and the scale is a power of two that brings its extent
+    near 1. So float32 keeps as much of the coordinates as it can.
+    """
     low, high = _bounds(positions_t0)
     exponent = frexp(float((0.5 * high - 0.5 * low).max()))[1]
     return 0.5 * low + 0.5 * high, ldexp(1.0, min(-exponent, 1000))
 
 
-# Pairs that each chunk of queries has room for at first: eight for each. Memory that is not
-# written to is not taken.
-ROOM = 8 * CHUNK
+def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
+    """Find the pairs of a query and a leaf whose moving boxes meet, one of them marked.
 
+    Pairs that share a vertex are left out. A chunk of queries that finds more pairs than it has
+    room for is searched once more.
 
-def meeting_pairs(queries: Elements, leaves: Elements):
-    """(n, 2) i4, places of a query and a leaf whose boxes meet; no pairs that share a vertex.
+    Args:
+        queries: Vertices or edges.
+        leaves: Faces or edges; for edges the same object as `queries`, and each pair comes once.
 
-    Those that found more than there was room for are searched once more.
+    Returns:
+        (n, 2) i4, places of the query and the leaf.
     """
     n = -(-len(queries.tree.order) // CHUNK)
     chunks = scattered(n)
 
-    def launch(chunks, starts):
+    def launch(chunks: Indices, starts: Offsets) -> tuple[Indices, Ints]:
         counts, pairs = np.empty(len(chunks), np.int64), np.empty((starts[-1], 2), np.int32)
         find_pairs(chunks, starts, queries.tree, leaves.tree, queries is leaves, counts, pairs)
         return counts, pairs
@@ -133,9 +191,12 @@ def meeting_pairs(queries: Elements, leaves: Elements):
     return pairs
 
 
-def scattered(n):
-    """0 ... n - 1 in an order that spreads neighbours over the threads, which take one
-    stretch of it each: contacts come in clusters."""
+def scattered(n: int) -> Indices:
+    """Return 0 to n - 1 in an order that spreads neighbours over the threads.
+
+    Each thread takes a contiguous part of the result. Contacts come in clusters, so neighbours in
+    one part would make that thread finish last.
+    """
     stride = max(1, round(0.618 * n))
     while gcd(stride, n) > 1:
         stride -= 1

@@ -1,11 +1,16 @@
 """The step of the loop on a GPU.
 
-`step.py` says what each method does; `cpu_step.py` is the same on the CPU. The CPU sees counts, and
-the zones that the GPU could not solve.
+`step.py` says what each method does; `cpu_step.py` is the same on the CPU. The CPU only sees counts
+and the zones that the GPU could not solve.
 """
+
+from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyArray, GpuArray, Indices, Positions
 from izo_ref.base.cuda.arrays import LEAST, SUM
 from izo_ref.base.gpu_arrays import (
     as_column,
@@ -28,53 +33,57 @@ from izo_ref.base.gpu_impacts import (
     impacts_to_gpu,
     take_impacts,
 )
-from izo_ref.base.options import LAGRANGIAN
-from izo_ref.base.records import DetectionCounts, Impacts, no_impacts
+from izo_ref.base.options import LAGRANGIAN, Options
+from izo_ref.base.records import DetectionCounts, Impacts, SceneArrays, no_impacts
 from izo_ref.detection.cuda import frames, paths
 from izo_ref.detection.gpu_detector import Detector, HostDetector
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.cuda import step as kernels
-from izo_ref.solvers.cuda import zones
-from izo_ref.solvers.gpu_solve import Rows, solve_zones
-from izo_ref.solvers.gpu_variables import Members
+from izo_ref.loop.step import Step
+from izo_ref.solvers.cuda import zones as zone_kernels
+from izo_ref.solvers.gpu_constraints import GpuConstraints, Members
+from izo_ref.solvers.gpu_solve import solve_zones
 from izo_ref.solvers.solve import solve_system
-from izo_ref.zones.gpu_grouping import build_zones
+from izo_ref.zones.gpu_grouping import blocks_of, build_zones, choose_zones
 from izo_ref.zones.gpu_selection import select_impacts
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.system import zone_system
 
 
-class GpuStep:
-    """Where a step stands; attributes as of `izo_ref.loop.cpu_step.Step`, on the device.
+class GpuStep(Step):
+    """A step of the outer loop, with its arrays on a GPU; its attributes are those of `Step`.
 
     Args:
-        scene: `Scene`.
-        thickness: [m].
-        options: `Options`.
+        scene: The scene, in the numbering of the loop.
+        thickness: Distance that impacts keep at the end [m].
+        options: Choices and tolerances.
     """
 
-    def __init__(self, scene, thickness, options):
+    def __init__(self, scene: SceneArrays, thickness: float, options: Options) -> None:
+        """Copy the scene to the GPU, and begin at the proposed positions, without impacts."""
         self.scene, self.n_left = scene, 0
         self._thickness, self._options, self._detector = thickness, options, Detector(scene)
         self._n = len(scene.pinned)
-        free_masses = np.where(scene.pinned, 0.0, scene.masses)
-        self._total_mass = float(free_masses.sum())
-        self._masses, self._pinned = to_gpu(free_masses), to_gpu(scene.pinned)
+        masses = np.where(scene.pinned, 0.0, scene.masses)
+        self._total_mass = float(masses.sum())
+        self._masses, self._pinned = to_gpu(masses), to_gpu(scene.pinned)
         inverse = np.where(scene.pinned, 0.0, 1.0 / np.sqrt(scene.masses))
         self._inverse_sqrt_masses = to_gpu(inverse)
         self._proposed = positions_of(scene, "positions_t1")
         self.longest = (self._proposed, -1.0)
-        self._seen = None
+        self._seen: GpuArray = None  # positions of the last detection
         self.begin(impacts_to_gpu(no_impacts()), empty(0, np.float64))
 
-    def begin(self, impacts: Impacts, multipliers):
+    def begin(self, impacts: Impacts, multipliers: GpuArray) -> None:
+        """Go back to the proposed positions, with some impacts and nothing solved."""
         self.positions = copy(self._proposed)
         self.impacts, self.multipliers = impacts, multipliers
         self.active = empty(self.n_impacts, np.bool_)
         kernels.flag_positive[self.n_impacts](multipliers, self.active)
         self.stuck = full(self._n, False, np.bool_)
 
-    def relinearize(self):
+    def relinearize(self) -> None:
+        """Go back to the proposed positions with the active impacts, linearized anew."""
         index = flatnonzero(self.active)
         kept, n = take_impacts(self.impacts, index), index.shape[0]
         weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
@@ -84,21 +93,26 @@ class GpuStep:
         kept = kept._replace(weights=weights, normals=normals)
         self.begin(kept, take(self.multipliers, index))
 
-    def save(self):
+    def save(self) -> tuple[Any, ...]:
+        """Return the state that `restore` takes."""
         return self.positions, self.impacts, self.multipliers, self.active, self.stuck
 
-    def restore(self, saved):
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        """Return to a saved state."""
         self.positions, self.impacts, self.multipliers, self.active, self.stuck = saved
 
     @property
     def n_impacts(self) -> int:
+        """Number of impacts in zones."""
         return self.impacts.toi.shape[0]
 
     @property
     def n_active(self) -> int:
+        """Number of active impacts."""
         return flatnonzero(self.active).shape[0]
 
     def objective(self) -> float:
+        """Return the objective at the current positions [m^2]."""
         if self._total_mass == 0.0:
             return 0.0
         terms = empty(self._n, np.float64)
@@ -108,10 +122,11 @@ class GpuStep:
         return float(reduce(as_column(terms), SUM)) / self._total_mass
 
     def detect(self) -> DetectionCounts:
+        """Find the impacts of the path to the current positions."""
         found = self._detector.find(self.positions)
         n, time_free = found.toi.shape[0], 1.0
         if n:
-            # bits of floats that are not negative are in their order
+            # the bits of floats that are not negative, read as integers, have the same order
             bits = reduce(as_column(found.toi.view(np.int64)), LEAST)
             time_free = float(np.int64(bits).view(np.float64))
         if time_free > self.longest[1]:
@@ -124,7 +139,8 @@ class GpuStep:
         candidates = sum(self._detector.counts.pairs.values())
         return DetectionCounts(n_found, n - n_found, self._count_moved(), candidates)
 
-    def _count_moved(self):
+    def _count_moved(self) -> int:
+        """Count the vertices that moved since the last detection."""
         seen, self._seen = self._seen, copy(self.positions)
         if seen is None:
             return self._n
@@ -133,6 +149,7 @@ class GpuStep:
         return last_of(offsets_of(moved))
 
     def select(self) -> int:
+        """Let impacts of the last detection enter the zones, and return how many did."""
         n = self.found.toi.shape[0]
         hopeful = empty(n, np.bool_)
         kernels.flag_hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
@@ -142,44 +159,45 @@ class GpuStep:
         self.impacts = concatenate_impacts(self.impacts, new)
         return new.toi.shape[0]
 
-    def solve(self, first_new: int):
-        grouped = build_zones(self.impacts, self._pinned)
-        n_zones = len(grouped)
+    def solve(self, first_new: int) -> tuple[int, int]:
+        """Solve the zones that have an impact from `first_new` on; return counts of zones."""
+        zones = build_zones(self.impacts, self._pinned)
+        n_zones = len(zones)
         missing = self.n_impacts - self.multipliers.shape[0]
         self.multipliers = concatenate([self.multipliers, full(missing, 0.0, np.float64)])
         self.active = concatenate([self.active, full(missing, False, np.bool_)])
         if "changed-zones" in self._options.rules:
-            offsets, changed = grouped.impact_offsets, empty(n_zones, np.bool_)
-            kernels.flag_changed_zones[n_zones](grouped.impacts, offsets, first_new, changed)
+            offsets, changed = zones.impact_offsets, empty(n_zones, np.bool_)
+            kernels.flag_changed_zones[n_zones](zones.impacts, offsets, first_new, changed)
         else:
             changed = full(n_zones, True, np.bool_)
         chosen = empty(n_zones, np.bool_)
-        kernels.flag_zones_to_solve[n_zones](changed, self._spread_stuck(grouped), chosen)
-        part = _zones_of(grouped, chosen)
-        if part is None:
+        kernels.flag_zones_to_solve[n_zones](changed, self._spread_stuck(zones), chosen)
+        zones_to_solve = choose_zones(zones, chosen)
+        if zones_to_solve is None:
             return n_zones, 0
-        self._solve_part(part)
-        return n_zones, len(part)
+        self._solve_zones(zones_to_solve)
+        return n_zones, len(zones_to_solve)
 
-    def _spread_stuck(self, grouped):
-        """A zone with a stuck vertex is stuck: (n_zones,) b1."""
-        vertices, zone_of = grouped.vertices, _parts_of(grouped.vertex_offsets, grouped.vertices)
-        n, stuck = vertices.shape[0], full(len(grouped), False, np.bool_)
-        kernels.flag_stuck_zones[n](vertices, zone_of, self.stuck, stuck)
-        kernels.spread_stuck[n](vertices, zone_of, stuck, self.stuck)
+    def _spread_stuck(self, zones: Zones) -> GpuArray:
+        """Mark all vertices of a zone with a stuck vertex; return those zones, (n_zones,) b1."""
+        n, stuck = zones.vertices.shape[0], full(len(zones), False, np.bool_)
+        zone_of = blocks_of(zones.vertex_offsets, n)
+        kernels.flag_stuck_zones[n](zones.vertices, zone_of, self.stuck, stuck)
+        kernels.spread_stuck[n](zones.vertices, zone_of, stuck, self.stuck)
         return stuck
 
-    def _solve_part(self, part):
-        """Solve zones on the device, and those that it leaves on the processor."""
-        rows, hopeless = self._scaled_rows(part)
-        n, m = part.vertices.shape[0], part.impacts.shape[0]
-        zone_of_row = _parts_of(part.impact_offsets, part.impacts)
-        zone_of_vertex = _parts_of(part.vertex_offsets, part.vertices)
-        members = Members(zone_of_row, zone_of_vertex, part.vertices, self._inverse_sqrt_masses)
-        solution = solve_zones(rows, members, self._thickness, self._options)
-        kernels.fail_hopeless[m](hopeless, zone_of_row, solution.solved)
+    def _solve_zones(self, zones: Zones) -> None:
+        """Solve zones on the GPU, and those that it leaves on the CPU."""
+        constraints, hopeless = self._scale_constraints(zones)
+        n, m = zones.vertices.shape[0], zones.impacts.shape[0]
+        zone_of_impact = blocks_of(zones.impact_offsets, m)
+        zone_of_vertex = blocks_of(zones.vertex_offsets, n)
+        members = Members(zone_of_impact, zone_of_vertex, zones.vertices, self._inverse_sqrt_masses)
+        solution = solve_zones(constraints, members, self._thickness, self._options)
+        kernels.fail_hopeless[m](hopeless, zone_of_impact, solution.solved)
         kernels.move_vertices[n](
-            part.vertices,
+            zones.vertices,
             zone_of_vertex,
             solution.solved,
             self._proposed,
@@ -188,30 +206,30 @@ class GpuStep:
             self.positions,
         )
         kernels.keep_multipliers[m](
-            part.impacts,
-            zone_of_row,
+            zones.impacts,
+            zone_of_impact,
             solution.solved,
             solution.multipliers,
-            rows.lengths,
+            constraints.lengths,
             self.multipliers,
             self.active,
         )
-        left = empty(len(part), np.bool_)
-        kernels.negate_flags[len(part)](solution.solved, left)
-        part = _zones_of(part, left)
-        if part is not None:
-            self._solve_on_host(part)
+        left = empty(len(zones), np.bool_)
+        kernels.negate_flags[len(zones)](solution.solved, left)
+        zones_left = choose_zones(zones, left)
+        if zones_left is not None:
+            self._solve_zones_left(zones_left)
 
-    def _scaled_rows(self, part):
-        """`Rows` of zones, and which of them nothing can satisfy."""
-        n = part.impacts.shape[0]
-        own = take_impacts(self.impacts, part.impacts)
+    def _scale_constraints(self, zones: Zones) -> tuple[GpuConstraints, GpuArray]:
+        """Return the constraints of zones in scaled variables, and those nothing can satisfy."""
+        n = zones.impacts.shape[0]
+        impacts = take_impacts(self.impacts, zones.impacts)
         unknowns, hopeless = empty((n, 4), np.int32), empty(n, np.bool_)
         coefficients, rhs, lengths = (empty(s, np.float64) for s in ((n, 4), n, n))
-        zones.scale_constraints[n](
-            own.nodes,
-            own.weights,
-            own.normals,
+        zone_kernels.scale_constraints[n](
+            impacts.nodes,
+            impacts.weights,
+            impacts.normals,
             self._proposed,
             self._inverse_sqrt_masses,
             self._thickness,
@@ -222,41 +240,48 @@ class GpuStep:
             hopeless,
         )
         places = empty(self._n, np.int32)
-        kernels.number_vertices[part.vertices.shape[0]](part.vertices, places)
+        kernels.number_vertices[zones.vertices.shape[0]](zones.vertices, places)
         kernels.number_unknowns[n](places, unknowns)
-        offsets = part.impact_offsets, part.vertex_offsets
-        return Rows(*offsets, unknowns, coefficients, own.normals, rhs, lengths), hopeless
+        offsets = zones.impact_offsets, zones.vertex_offsets
+        return GpuConstraints(
+            *offsets, unknowns, coefficients, impacts.normals, rhs, lengths
+        ), hopeless
 
-    def _solve_on_host(self, part):
-        self.n_left += len(part)
-        own = impacts_to_cpu(take_impacts(self.impacts, part.impacts))
-        grouped = Zones(*(to_cpu(column) for column in part))
-        local = Zones(np.arange(len(own.toi)), *grouped[1:])
-        everything = np.arange(len(part))
-        system = zone_system(self.scene, own, local, everything, self._thickness)
-        of_device = self._options.method in LAGRANGIAN or self._options.preset is not None
-        device = "cuda" if of_device else "cpu"
-        solution = solve_system(system, self._options, device=device)
-        solved = np.repeat(solution.feasible, np.diff(grouped.vertex_offsets))
-        vertices = grouped.vertices
-        free = solution.positions[: len(vertices)]
-        _put(vertices[solved], free[solved], self.positions)
+    def _solve_zones_left(self, zones: Zones) -> None:
+        """Solve zones that the GPU left: the CPU states their problems and solves them.
+
+        Methods of the augmented Lagrangian still run on the GPU, because the options name them.
+        """
+        self.n_left += len(zones)
+        impacts = impacts_to_cpu(take_impacts(self.impacts, zones.impacts))
+        on_cpu = Zones._make(to_cpu(column) for column in zones)
+        local = on_cpu._replace(impacts=np.arange(len(impacts.toi)))
+        every_zone = np.arange(len(zones))
+        system = zone_system(self.scene, impacts, local, every_zone, self._thickness)
+        by_gpu = self._options.method in LAGRANGIAN or self._options.preset is not None
+        solution = solve_system(system, self._options, device="cuda" if by_gpu else "cpu")
+        solved = np.repeat(solution.feasible, np.diff(on_cpu.vertex_offsets))
+        vertices = on_cpu.vertices
+        positions = solution.positions[: len(vertices)]
+        _put(vertices[solved], positions[solved], self.positions)
         stuck = vertices[~solved]
         _put(stuck, np.ones((len(stuck), 1), bool), as_column(self.stuck))
-        for own, values in (
+        for values, values_out in (
             (solution.multipliers, self.multipliers),
             (solution.active, self.active),
         ):
-            _put(grouped.impacts, as_column(own), as_column(values))
+            _put(on_cpu.impacts, as_column(values), as_column(values_out))
 
-    def positions_on_gpu(self, positions, order=None):
+    def positions_on_gpu(self, positions: Positions, order: Indices | None = None) -> GpuArray:
+        """Return end positions as an array of the GPU; `order` as in `Step.positions_on_gpu`."""
         if order is None:
             return to_gpu(positions)
         moved_back = empty((self._n, 3), np.float64)
         kernels.put_rows[self._n](to_gpu(order), self.positions, moved_back)
         return moved_back
 
-    def to_cpu(self):
+    def to_cpu(self) -> CpuStep:
+        """Return the same step on the CPU; its detections still run on the GPU."""
         seen = None if self._seen is None else to_cpu(self._seen)
         detector = HostDetector(self._detector, seen)
         same = CpuStep(self.scene, self._thickness, self._options, detector)
@@ -269,30 +294,6 @@ class GpuStep:
         return same
 
 
-def _parts_of(starts, members):
-    """(n,) i8, the part that each of the members is in."""
-    parts = empty(members.shape[0], np.int64)
-    kernels.find_blocks[members.shape[0]](starts, parts)
-    return parts
-
-
-def _zones_of(grouped, chosen):
-    """`Zones`: those chosen, (n_zones,) b1; None if there are none."""
-    index = flatnonzero(chosen)
-    if index.shape[0] == 0:
-        return None
-    if index.shape[0] == len(grouped):
-        return grouped
-    columns = []
-    for members, starts in (grouped[:2], grouped[2:]):
-        flags, sizes = empty(members.shape[0], np.bool_), empty(len(grouped), np.int64)
-        kernels.flag_members[members.shape[0]](_parts_of(starts, members), chosen, flags)
-        kernels.count_members[len(grouped)](starts, sizes)
-        columns.append(take(members, flatnonzero(flags)))
-        columns.append(offsets_of(take(sizes, index)))
-    return Zones(*columns)
-
-
-def _put(index, rows, values):
-    """values[index] = rows, of the processor."""
-    kernels.put_rows[len(index)](to_gpu(index), to_gpu(rows), values)
+def _put(index: Indices, rows: AnyArray, values_out: GpuArray) -> None:
+    """Write rows of an array of the CPU to the places of an index in an array of the GPU."""
+    kernels.put_rows[len(index)](to_gpu(index), to_gpu(rows), values_out)

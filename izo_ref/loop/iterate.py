@@ -1,51 +1,85 @@
 """The outer loop: detect, select, group, solve, until the path is free (SPEC section 6)."""
 
+from __future__ import annotations
+
 import time
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.loop.step import Step
+
 
 class Iteration(NamedTuple):
-    """One line of the history."""
+    """One iteration of the outer loop, or one round of scaling back.
 
-    round: int  # 0: the main loop; 1, 2, ...: re-linearisation; -1: scaling back
+    Attributes:
+        round: 0 in the main loop; 1, 2, ... while the normals are taken again; -1 while zones are
+            scaled back.
+        iteration: Number of the iteration in its round, from 1.
+        moved: Vertices that moved since the previous detection.
+        candidates: Candidate pairs that the detection checked.
+        found: Impacts of the path.
+        added: Impacts that were selected and entered the zones.
+        impacts: Impacts in all zones, with those that were added.
+        zones: Zones.
+        solved: Zones that were solved in this iteration.
+        objective: Objective after the iteration [m^2].
+        detect_s: Time that the detection took [s].
+        solve_s: Time that the rest of the iteration took [s].
+    """
+
+    round: int
     iteration: int
-    moved: int  # vertices that moved since the last detection
-    candidates: int  # pairs looked at
-    found: int  # impacts of the path
-    added: int  # of these selected
-    impacts: int  # in all zones now
+    moved: int
+    candidates: int
+    found: int
+    added: int
+    impacts: int
     zones: int
-    solved: int  # zones solved in this iteration
-    objective: float  # [m^2], after it
+    solved: int
+    objective: float
     detect_s: float
     solve_s: float
 
 
 class Loop:
-    """Iterates on a step.
+    """The outer loop over a step.
 
     Args:
-        step: `Step`, of the processor or of a GPU.
-        max_iterations: detections of a run, before the last.
-        on_iteration: called with each `Iteration` as it ends.
+        step: The step, on the CPU or on a GPU.
+        max_iterations: Largest number of detections of a run, not counting the last one.
+        on_iteration: Function that is called with the record of each iteration as it ends.
 
     Attributes:
-        history: list of `Iteration`.
+        step: The step.
+        history: The records of all iterations.
     """
 
-    def __init__(self, step, max_iterations, on_iteration=None):
+    def __init__(
+        self,
+        step: Step,
+        max_iterations: int,
+        on_iteration: Callable[[Iteration], object] | None = None,
+    ) -> None:
+        """Keep the step; nothing runs yet."""
         self.step = step
-        self.history = []
+        self.history: list[Iteration] = []
         self._max_iterations, self._on_iteration = max_iterations, on_iteration
 
     def run(self, round_number: int, limit: float = np.inf) -> bool:
-        """Iterate until the path is free; False if it is not, after all that may be tried.
+        """Iterate until the path is free.
 
-        Ends early when the objective reaches `limit` (zones only ever get more
-        constraints, so it never falls), or when prescribed parts meet, which no end
-        positions can mend.
+        Args:
+            round_number: `round` of the records.
+            limit: Objective at which the run ends early [m^2]. Zones only get more constraints,
+                so the objective never falls again.
+
+        Returns:
+            True if the path is free. False if the iterations are used up, if the objective has
+            reached `limit`, or if pinned vertices meet each other, which no end positions of the
+            other vertices can prevent.
         """
         step = self.step
         if step.n_impacts:
@@ -81,7 +115,8 @@ class Loop:
                 return detected.found == 0
         return step.detect().found == 0
 
-    def record(self, iteration: Iteration):
+    def record(self, iteration: Iteration) -> None:
+        """Append the record of an iteration to the history, and pass it on."""
         self.history.append(iteration)
         if self._on_iteration is not None:
             self._on_iteration(iteration)

@@ -1,23 +1,34 @@
 """A numbering of the vertices that follows from the geometry alone.
 
-Steps have ties: in regular meshes, impacts at equal times. Whatever decides them must not
-depend on how the vertices happen to be numbered, so `resolve` works in this numbering,
-along a Morton curve, which also keeps neighbours close in memory.
+Steps have ties: in regular meshes, impacts happen at equal times. What decides between them must
+not depend on how the caller numbered the vertices, so `resolve` renumbers the scene along a Morton
+curve. That also keeps neighbours close in memory.
 """
+
+from __future__ import annotations
 
 import copy
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyInts, Faces, Indices
 from izo_ref.base.mesh import edges_of
 from izo_ref.base.records import Impacts, Pairs
 from izo_ref.detection.trees import morton_codes_of
+from izo_ref.scene import Scene
 
-LARGEST_CORNER = (1 << 21) - 1  # of which three go into one number
+LARGEST_CORNER = (1 << 21) - 1  # three numbers up to this one fit into one of 63 bits
 
 
-def geometric_order(scene):
-    """(n,) i8, vertex of each place: by Morton code, then by coordinates."""
+def geometric_order(scene: Scene) -> Indices:
+    """Sort the vertices by Morton code, and vertices of one code by their coordinates.
+
+    Args:
+        scene: The scene in the numbering of the caller.
+
+    Returns:
+        (n_vertices,) i8, the caller's vertex at each place.
+    """
     vertices = np.arange(len(scene.pinned), dtype=np.int32)[:, None]
     codes = morton_codes_of(scene.positions_t0, vertices)
     order = np.argsort(codes, kind="stable")
@@ -27,8 +38,13 @@ def geometric_order(scene):
     return np.lexsort((*both.T[::-1], codes))
 
 
-def renumbered(scene, order):
-    """The same scene with vertex order[i] as number i, and faces and edges to match."""
+def renumber_scene(scene: Scene, order: Indices) -> Scene:
+    """Return the same scene with vertex `order[i]` as number i, and faces and edges to match.
+
+    Args:
+        scene: The scene in the numbering of the caller.
+        order: (n_vertices,) i8, the caller's vertex at each place.
+    """
     place = np.empty(len(order), np.int32)
     place[order] = np.arange(len(order))
     result = copy.copy(scene)
@@ -42,28 +58,33 @@ def renumbered(scene, order):
     return result
 
 
-def _canonical_faces(faces):
-    """Smallest corner first, orientation kept; rows sorted."""
+def _canonical_faces(faces: Faces) -> Faces:
+    """Rotate each face until its smallest corner is first, and sort the faces."""
     first = np.argmin(faces, axis=1)
     rows = np.arange(len(faces))[:, None]
     faces = faces[rows, (first[:, None] + np.arange(3)) % 3]
     if faces.max(initial=0) > LARGEST_CORNER:
         return np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])
-    # all three in one number, for rows take longer to sort
+    # all three corners in one number, because sorting rows takes longer
     a, b, c = faces.T.astype(np.int64)
     keys = np.sort(a << 42 | b << 21 | c)
     corners = keys >> 42, keys >> 21 & LARGEST_CORNER, keys & LARGEST_CORNER
     return np.column_stack(corners).astype(np.int32)
 
 
-def impacts_back(impacts: Impacts, order, faces):
-    """Impacts of the renumbered scene in the numbering of the caller.
+def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[Impacts, Indices]:
+    """Return impacts of the renumbered scene in the numbering of the caller.
 
-    Corners come in the order of the caller's faces, edges with the lower vertex first and
-    the lower edge on the first side; sorted by kind and nodes.
+    Corners come in the order of the caller's faces. Edges come with the lower vertex first, and
+    the lower edge is on the first side. The impacts are sorted by kind and nodes.
+
+    Args:
+        impacts: Impacts of the renumbered scene.
+        order: (n_vertices,) i8, the caller's vertex at each place.
+        faces: (m, 3) i4, in the numbering of the caller.
 
     Returns:
-        `Impacts`, and (n,) i8, the index each had before.
+        The impacts, and (n_impacts,) i8, the index that each had before.
     """
     nodes = order[impacts.nodes].astype(np.int32)
     weights, normals = impacts.weights.copy(), impacts.normals.copy()
@@ -89,8 +110,8 @@ def impacts_back(impacts: Impacts, order, faces):
     return result.take(index), index
 
 
-def _corner_order(corners, faces):
-    """(n, 3), how to permute each row of corners so that it is a row of faces."""
+def _corner_order(corners: AnyInts, faces: Faces) -> Indices:
+    """Return (n, 3) i8, how to permute each row of corners to make it a row of faces."""
     if len(corners) == 0:
         return np.empty((0, 3), np.int64)
     sorted_faces = np.sort(faces, axis=1)
@@ -99,8 +120,3 @@ def _corner_order(corners, faces):
     wanted = np.ascontiguousarray(np.sort(corners, axis=1)).view(keys.dtype).ravel()
     rows = faces[by_row[np.searchsorted(keys, wanted)]]
     return np.argmax(rows[:, :, None] == corners[:, None, :], axis=2)
-
-
-def pairs_back(pairs: Pairs, order):
-    """Pairs of the renumbered scene in the numbering of the caller."""
-    return Pairs(order[pairs.nodes].astype(np.int32), pairs.is_edge_edge)

@@ -1,29 +1,48 @@
 """What a scene needs of the pipeline, what is left out, and why."""
 
+from __future__ import annotations
+
 from typing import NamedTuple
 
+import numpy as np
+
 from izo_ref.base import devices
+from izo_ref.base.arrays import Flags
 from izo_ref.base.options import Options
 from izo_ref.detection.components import MeshComponents
+from izo_ref.scene import Scene
 
 
 class PlanLine(NamedTuple):
-    """One part of the pipeline."""
+    """What a scene needs of one stage of the pipeline.
 
-    part: str
-    needed: str  # `all`, `some` or `none` of it
+    Attributes:
+        stage: The stage, or a part of it.
+        needed: How much of the stage is needed: `all`, `some` or `none`.
+        reason: Why, as a phrase for the user.
+        rule: The rule of `options.RULES` that leaves the rest out; empty if there is none to
+            switch off.
+    """
+
+    stage: str
+    needed: str
     reason: str
-    rule: str  # of `options.RULES` that leaves it out; empty where there is nothing to switch
+    rule: str
 
 
 class Plan(NamedTuple):
-    """What a scene needs; printed, it is a table."""
+    """What a scene needs of the pipeline; printed, it is a table.
+
+    Attributes:
+        lines: One line for each stage.
+    """
 
     lines: tuple[PlanLine, ...]
 
-    def __str__(self):
-        rows = [("part", "needed", "rule", "why")]
-        rows += [(line.part, line.needed, line.rule or "-", line.reason) for line in self.lines]
+    def __str__(self) -> str:
+        """Return the plan as a table, one stage a line."""
+        rows = [("stage", "needed", "rule", "why")]
+        rows += [(line.stage, line.needed, line.rule or "-", line.reason) for line in self.lines]
         widths = [max(len(row[k]) for row in rows) for k in range(3)]
         text = [
             "  ".join([*(cell.ljust(w) for cell, w in zip(row[:3], widths, strict=True)), row[3]])
@@ -32,132 +51,144 @@ class Plan(NamedTuple):
         return "\n".join(text)
 
 
-def plan(scene, options: Options | None = None) -> Plan:
+def plan(scene: Scene, options: Options | None = None) -> Plan:
     """Look at a scene once, and say what resolving it needs.
 
-    What is left out changes nothing: `Options(plan="everything")` gives the same positions, bit
-    for bit but for the last digits of zones of one impact, which then take a solver.
+    Leaving work out does not change the answer: `Options(plan="everything")` gives the same
+    positions, bit for bit. Only zones of one impact differ in their last digits, because a solver
+    then solves them.
 
     Args:
-        scene: `Scene`.
-        options: `Options`; rules that are switched off there leave nothing out.
+        scene: The step to resolve.
+        options: Choices and tolerances; rules that are switched off there leave nothing out.
 
     Returns:
-        `Plan`.
+        One line for each stage of the pipeline.
     """
     options = options or Options()
     moving = (scene.positions_t0 != scene.positions_t1).any(axis=1)
     lines = [
         _gpu(scene),
-        _detection(scene, moving),
+        _detection(moving),
         _pairs_at_rest(moving),
-        _parts(scene, moving),
+        _components(scene, moving),
         *_kinds(scene),
-        PlanLine("box coordinates", "some", "32 bits keep the order of 64", "float32-boxes"),
+        PlanLine(
+            "box coordinates",
+            "some",
+            "32 of 64 bits are enough, because rounding to 32 bits keeps the order of the boxes",
+            "float32-boxes",
+        ),
         _obstacles(scene, moving),
         *_later(moving),
         *_zones(),
         PlanLine(
             "exact arithmetic",
             "some",
-            "what floats cannot decide, at the end",
+            "the certificate uses it only for pairs that floats cannot decide",
             "float-verdicts",
         ),
     ]
     return Plan(tuple(_switched(line, options.rules) for line in lines))
 
 
-def _switched(line, rules):
-    """The line as it is if its rule is not applied."""
+def _switched(line: PlanLine, rules: frozenset[str]) -> PlanLine:
+    """Return the line, or that all is needed if its rule is switched off."""
     if not line.rule or line.rule in rules or line.needed == "all":
         return line
-    return line._replace(needed="all", reason=f"its rule is switched off; else: {line.reason}")
+    reason = f"the rule {line.rule!r} is switched off; with it: {line.reason}"
+    return line._replace(needed="all", reason=reason)
 
 
-def _gpu(scene):
+def _gpu(scene: Scene) -> PlanLine:
     n, enough = len(scene.faces), len(scene.faces) >= devices.GPU_FACES
-    reason = f"{n} triangles; device 'auto' takes one, if there is one, from {devices.GPU_FACES} on"
+    reason = (
+        f"the scene has {n} triangles; device 'auto' uses a GPU, if there is one, from "
+        f"{devices.GPU_FACES} triangles on"
+    )
     return PlanLine("a GPU", "all" if enough else "none", reason, "")
 
 
-def _detection(scene, moving):
+def _detection(moving: Flags) -> PlanLine:
     if not moving.any():
-        return PlanLine("detection", "none", "nothing moves, and the start is free", "still")
+        reason = "no vertex moves, and the start is free of contact"
+        return PlanLine("detection", "none", reason, "still")
     return PlanLine("detection", "all", f"{moving.sum()} of {len(moving)} vertices move", "")
 
 
-def _pairs_at_rest(moving):
-    rest = len(moving) - int(moving.sum())
-    if rest == 0:
-        return PlanLine("pairs at rest", "all", "there are none: every vertex moves", "")
-    return PlanLine(
-        "pairs at rest", "none", f"{rest} vertices rest, and the start is free", "still"
-    )
+def _pairs_at_rest(moving: Flags) -> PlanLine:
+    stage, at_rest = "pairs at rest", len(moving) - int(moving.sum())
+    if at_rest == 0:
+        return PlanLine(stage, "all", "there are none, because every vertex moves", "")
+    reason = f"{at_rest} vertices are at rest, and the start is free of contact"
+    return PlanLine(stage, "none", reason, "still")
 
 
-def _parts(scene, moving):
-    name = "parts in trees"
+def _components(scene: Scene, moving: Flags) -> PlanLine:
+    stage = "components in trees"
     if moving.all():
-        return PlanLine(name, "all", "every vertex moves", "")
-    parts = MeshComponents(len(moving), scene.faces)
-    far = parts.out_of_reach(scene.positions_t0, scene.positions_t1)
-    n_faces = int(far[parts.part][scene.faces[:, 0]].sum())
+        return PlanLine(stage, "all", "every vertex moves", "")
+    components = MeshComponents(len(moving), scene.faces)
+    far = components.out_of_reach(scene.positions_t0, scene.positions_t1)
+    n_faces = int(far[components.component][scene.faces[:, 0]].sum())
     reason = (
-        f"{far.sum()} of {parts.count} parts, {n_faces} of {len(scene.faces)} triangles, rest out "
-        "of reach of all that moves"
+        f"{far.sum()} of {components.count} components, with {n_faces} of {len(scene.faces)} "
+        "triangles, are at rest and out of reach of everything that moves"
     )
     needed = "all" if not far.any() else "none" if far.all() else "some"
-    return PlanLine(name, needed, reason, "one-box" if far.any() else "")
+    return PlanLine(stage, needed, reason, "one-box" if far.any() else "")
 
 
-def _kinds(scene):
-    faces, edges = len(scene.faces), len(scene.edges)
-    if faces == 0:
+def _kinds(scene: Scene) -> list[PlanLine]:
+    n_faces, n_edges = len(scene.faces), len(scene.edges)
+    if n_faces == 0:
         return [
             PlanLine(f"{kind} pairs", "none", "there are no triangles", "")
             for kind in ("vertex-face", "edge-edge")
         ]
+    vertices_and_faces = f"there are {len(scene.pinned)} vertices and {n_faces} triangles"
     return [
-        PlanLine("vertex-face pairs", "all", f"{len(scene.pinned)} vertices, {faces} faces", ""),
-        PlanLine("edge-edge pairs", "all", f"{edges} edges", ""),
+        PlanLine("vertex-face pairs", "all", vertices_and_faces, ""),
+        PlanLine("edge-edge pairs", "all", f"there are {n_edges} edges", ""),
     ]
 
 
-def _obstacles(scene, moving):
-    name = "obstacle paths"
-    pinned = int(scene.pinned.sum())
+def _obstacles(scene: Scene, moving: Flags) -> PlanLine:
+    stage, pinned = "obstacle paths", int(np.count_nonzero(scene.pinned))
     if pinned == 0:
-        return PlanLine(name, "none", "no vertex is pinned", "")
-    prescribed = int((scene.pinned & moving).sum())
+        return PlanLine(stage, "none", "no vertex is pinned", "")
+    prescribed = int(np.count_nonzero(scene.pinned & moving))
     if prescribed == 0:
-        return PlanLine(name, "none", f"{pinned} vertices are pinned, and none of them moves", "")
+        return PlanLine(stage, "none", f"{pinned} vertices are pinned, and none of them moves", "")
     return PlanLine(
-        name,
+        stage,
         "some",
-        f"{prescribed} pinned vertices move: pairs among them, which could block the step, are "
-        "looked at once, and by the certificate",
+        f"{prescribed} pinned vertices move; pairs among them could block the step, so they are "
+        "checked once at the beginning, and again by the certificate",
         "incremental",
     )
 
 
-def _later(moving):
+def _later(moving: Flags) -> list[PlanLine]:
     if not moving.any():
-        reason = "one detection finds nothing"
+        reason = "no vertex moves, so the first detection finds nothing"
         return [PlanLine("later detections", "none", reason, "")]
+    rechecked = "they recheck only pairs near vertices that moved since the previous detection"
+    solved = "they solve only zones with a new impact"
     return [
-        PlanLine("later detections", "some", "only pairs near what moved since", "incremental"),
-        PlanLine("later solves", "some", "only zones with a new impact", "changed-zones"),
+        PlanLine("later detections", "some", rechecked, "incremental"),
+        PlanLine("later solves", "some", solved, "changed-zones"),
     ]
 
 
-def _zones():
+def _zones() -> list[PlanLine]:
     return [
-        PlanLine("solvers", "some", "none for a zone of one impact", "closed-form"),
+        PlanLine("solvers", "some", "a zone of one impact needs one division only", "closed-form"),
         PlanLine(
             "threads for zones",
             "some",
-            "one if all small zones take microseconds",
+            "one thread solves the small zones if they take microseconds in all",
             "small-launches",
         ),
-        PlanLine("compiled code", "some", "what is called, when it is", ""),
+        PlanLine("compiled code", "some", "each function is compiled when it is first called", ""),
     ]

@@ -1,22 +1,24 @@
-"""Resolve a step: the end positions closest to the proposed ones, on a free path."""
+"""Resolve a step: find the end positions closest to the proposed ones on a free path."""
+
+from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
 from izo_ref.base import checks
+from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.mesh import median_length
 from izo_ref.base.options import Options
-from izo_ref.base.records import Impacts, Status
+from izo_ref.base.records import Impacts, SceneArrays, Status
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.iterate import Iteration, Loop
-from izo_ref.loop.numbering import geometric_order, impacts_back, renumbered
+from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numbering
 from izo_ref.loop.plan import Plan, plan
 from izo_ref.loop.scale_back import ScaledBack, scale_back
 from izo_ref.loop.step import Step
@@ -29,52 +31,58 @@ from izo_ref.zones.system import zone_problem
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """What `resolve` returns. Converged, feasible and free are three separate facts.
+    """What `resolve` returns.
+
+    Whether the zones converged, whether they are feasible and whether the path is free are three
+    separate facts.
 
     Attributes:
-        positions: (n, 3) f8 [m], end of the path; pinned vertices, and all that nothing
-            pushes, are at their proposed positions bit for bit.
-        positions_on_gpu: the same as an array of the GPU (`__cuda_array_interface__`), where one
-            ran the loop; else None.
-        status: `Status`.
-        objective: [m^2], sum m |x - y|^2 / sum m over the unpinned vertices.
-        thickness: [m], the one used.
-        converged: every zone is solved to tolerance.
-        feasible: every zone satisfies its constraints to tolerance. Neither is claimed of
-            a result that was scaled back or is blocked.
-        impacts: `Impacts` that entered the zones, by kind and nodes. Times are those at
-            which a pair was first met; normals and weights those last used.
-        multipliers: (n_impacts,) f8 [kg].
-        zones: `Zones` of these impacts.
-        residuals: one `Residuals` a zone.
-        certificate: `PathCertificate` of the path that is returned.
-        scaled_back: list of `ScaledBack`, empty unless the status is FREE_BY_FALLBACK.
-        time_free: until when the path is certified free; 1 if it is. A blocked result is
-            the path that was free for the longest time, of all that were tried.
-        history: list of `Iteration`.
-        left_to_processor: zones that a GPU did not solve, so that the processor did, counted
-            each time; none of those of the processor alone.
-        timings: seconds by stage.
-        plan: `Plan`, what was needed of the pipeline.
-        options: `Options` used.
+        positions: (n, 3) f8 [m], end of the path. Pinned vertices, and vertices that nothing
+            pushes, are exactly at their proposed positions, bit for bit.
+        positions_on_gpu: The same positions as an array of the GPU (`__cuda_array_interface__`) if
+            a GPU ran the loop; else None.
+        status: How the step ended; its value is a sentence for the user.
+        objective: sum m |x - y|^2 / sum m over the unpinned vertices [m^2].
+        thickness: The thickness that was used [m].
+        converged: Whether every zone is solved to tolerance. False if the result was scaled back
+            or is blocked.
+        feasible: Whether every zone satisfies its constraints to tolerance. False if the result
+            was scaled back or is blocked.
+        impacts: The impacts that entered the zones, sorted by kind and nodes. Each time of impact
+            is the one at which the pair was first met; normals and weights are those that were
+            used last.
+        multipliers: (n_impacts,) f8 [kg], one for each impact.
+        zones: The zones of these impacts.
+        residuals: The residuals of each zone.
+        certificate: Certificate of the path that is returned.
+        scaled_back: Vertices that were scaled back toward the start, and how far. Empty unless
+            the status is FREE_BY_FALLBACK.
+        time_free: Time until which the path is certified free; 1 if the whole path is. A blocked
+            result is the path that was free for the longest time, of all that were tried.
+        history: One record for each iteration.
+        left_to_cpu: Number of zones that a GPU did not solve and left to the CPU. A zone counts
+            each time it is left. 0 if the loop ran on the CPU.
+        timings: Seconds that each stage took, and `total` [s].
+        plan: What the step needed of the pipeline, and why.
+        options: The options that were used.
     """
 
-    positions: np.ndarray
-    positions_on_gpu: Any
+    positions: Positions
+    positions_on_gpu: GpuArray
     status: Status
     objective: float
     thickness: float
     converged: bool
     feasible: bool
     impacts: Impacts
-    multipliers: np.ndarray
+    multipliers: Multipliers
     zones: Zones
     residuals: list[Residuals]
     certificate: PathCertificate
     scaled_back: list[ScaledBack]
     time_free: float
     history: list[Iteration]
-    left_to_processor: int
+    left_to_cpu: int
     timings: dict[str, float]
     plan: Plan
     options: Options
@@ -86,74 +94,71 @@ def resolve(
     device: str = "cpu",
     options: Options | None = None,
     *,
-    on_iteration=None,
+    on_iteration: Callable[[Iteration], object] | None = None,
 ) -> Result:
     """Find end positions close to the proposed ones whose straight path touches nothing.
 
     Args:
-        scene: `Scene`.
-        thickness: [m], distance that impacts keep at the end, positive. None takes
+        scene: The step to resolve.
+        thickness: Distance that impacts keep at the end [m], positive. None takes
             `options.thickness_fraction` of the median edge length at the start.
-        device: `cpu`; `cuda`, where a GPU runs the loop and the filter of the certificate, and
-            the processor solves the zones that it leaves, scales back, and judges; `auto`,
-            which is `cuda` if there is a GPU and the scene is large enough (`plan`), else `cpu`.
-        options: `Options`.
-        on_iteration: called with each `Iteration` as it ends.
+        device: `cpu`, `cuda` or `auto`. With `cuda`, a GPU runs the loop and the filter of the
+            certificate; the CPU solves the zones that the GPU leaves to it, scales zones back,
+            and judges the result. `auto` is `cuda` if there is a GPU and the scene is large
+            enough (see `plan`), else `cpu`.
+        options: Choices and tolerances; the defaults if None.
+        on_iteration: Function that is called with the record of each iteration as it ends.
 
     Returns:
-        `Result`. It is free, or says that it is not.
+        The result. Its path is certified free, or its status says that it is not.
 
     Raises:
-        ThicknessError, OptionError, DeviceUnavailableError.
+        ThicknessError: The thickness is not a positive, finite number.
+        OptionError: `device` is not offered.
+        DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
+        DeviceMemoryError: The GPU has less free memory than the step needs.
 
     Source: SPEC sections 6 and 7.
     """
     options = options or Options()
     device = choose_device(device, scene)
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
-    thickness = _thickness(scene, thickness, options)
-    times = {"start": time.perf_counter()}
-
+    thickness = _choose_thickness(scene, thickness, options)
+    watch = _Stopwatch()
     needed = plan(scene, options)
-    times["plan"] = time.perf_counter()
+    watch.lap("plan")
+
     order = geometric_order(scene)
-    sorted_scene = renumbered(scene, order)
-    loop = Loop(make_step(sorted_scene, thickness, options), options.max_iterations, on_iteration)
+    step = make_step(renumber_scene(scene, order), thickness, options)
+    loop = Loop(step, options.max_iterations, on_iteration)
     free = loop.run(0)
-    times["main"] = time.perf_counter()
-    if free and loop.step.n_active:
+    watch.lap("main")
+    if free and step.n_active:
         _relinearize(loop, options)
-    times["relinearize"] = time.perf_counter()
-    looped, scaled_back = loop.step, []
-    step = loop.step = looped.to_cpu()
-    if not free:
-        scaled_back = scale_back(loop)
-        detected = step.detect()
-        if detected.found or detected.blocked:
-            step.positions, scaled_back = step.longest[0], []
-    times["scale_back"] = time.perf_counter()
+    watch.lap("relinearize")
+    loop.step = step.to_cpu()
+    scaled_back = [] if free else _scale_back(loop, order)
+    watch.lap("scale_back")
 
     positions = np.empty_like(scene.positions_t1)
-    positions[order] = step.positions
-    positions_on_gpu = looped.positions_on_gpu(positions, order if free else None)
+    positions[order] = loop.step.positions
+    positions_on_gpu = step.positions_on_gpu(positions, order if free else None)
     certificate = certify_path(scene, positions, options.rules, device)
-    times["certify"] = time.perf_counter()
-    scaled_back = [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
-
-    impacts, index = impacts_back(step.impacts, order, scene.faces)
-    multipliers = step.multipliers[index]
+    watch.lap("certify")
+    impacts, index = restore_numbering(loop.step.impacts, order, scene.faces)
+    multipliers = loop.step.multipliers[index]
     zones = build_zones(scene, impacts)
-    judged = [
-        _judge(scene, impacts, multipliers, zones, zone, thickness, positions)
-        for zone in range(len(zones))
-    ]
-    times["judge"] = time.perf_counter()
+    judged = _judge(scene, impacts, multipliers, zones, thickness, positions)
+    watch.lap("judge")
+    status, converged, feasible = _verdict(certificate, scaled_back, judged, options)
     return Result(
         positions=positions,
         positions_on_gpu=positions_on_gpu,
+        status=status,
         objective=objective(scene, positions),
         thickness=thickness,
-        **_verdict(certificate, scaled_back, judged, options),
+        converged=converged,
+        feasible=feasible,
         impacts=impacts,
         multipliers=multipliers,
         zones=zones,
@@ -162,28 +167,47 @@ def resolve(
         scaled_back=scaled_back,
         time_free=certificate.time_free,
         history=loop.history,
-        left_to_processor=step.n_left,
-        timings=_durations(times),
+        left_to_cpu=loop.step.n_left,
+        timings=watch.timings(),
         plan=needed,
         options=options,
     )
 
 
-def _verdict(certificate, scaled_back, judged, options):
-    """Status, converged and feasible, from what was certified and judged."""
-    valid = certificate.free and not scaled_back
-    converged = valid and all(
-        r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
-    )
-    if not certificate.free:
-        status = Status.BLOCKED
-    else:
-        status = Status.FREE if converged else Status.FREE_BY_FALLBACK
-    feasible = valid and all(r.feasible(options.violation_tolerance) for r in judged)
-    return {"status": status, "converged": converged, "feasible": feasible}
+class _Stopwatch:
+    """Seconds that each stage takes."""
+
+    def __init__(self) -> None:
+        self._start = self._last = time.perf_counter()
+        self._laps: dict[str, float] = {}
+
+    def lap(self, stage: str) -> None:
+        """End a stage; the next one begins now."""
+        now = time.perf_counter()
+        self._laps[stage] = now - self._last
+        self._last = now
+
+    def timings(self) -> dict[str, float]:
+        """Return the seconds of each stage, and of all as `total`."""
+        return {**self._laps, "total": self._last - self._start}
 
 
-def _relinearize(loop: Loop, options: Options):
+def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Options) -> float:
+    if thickness is not None:
+        return checks.thickness(thickness)
+    if len(scene.edges) == 0:
+        return 1.0  # without edges and faces nothing can meet, so any thickness will do
+    length = median_length(scene.positions_t0, scene.edges)
+    return checks.thickness(options.thickness_fraction * length)
+
+
+def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> Step:
+    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
+    detector = Detector(start, edges, faces, scene.excluded, options.rules)
+    return CpuStep(scene, thickness, options, detector)
+
+
+def _relinearize(loop: Loop, options: Options) -> None:
     """Take the normals again at the answer, as often as it pays (SPEC section 6)."""
     best = loop.step.objective()
     for number in range(1, options.relinearize + 1):
@@ -199,31 +223,55 @@ def _relinearize(loop: Loop, options: Options):
             return
 
 
-def _judge(scene, impacts, multipliers, zones, zone, thickness, positions):
-    """Residuals of one zone, from the positions and multipliers that are returned."""
-    rows = zones.impacts_of(zone)
-    vertices = np.unique(impacts.nodes[rows])
-    problem = zone_problem(scene, impacts, zones, zone, thickness)
-    return residuals(problem, positions[vertices], multipliers[rows])
+def _scale_back(loop: Loop, order: Indices) -> list[ScaledBack]:
+    """Scale zones back until the path is free; if it never is, take the longest free path.
+
+    Args:
+        loop: The loop, whose step is on the CPU.
+        order: (n_vertices,) i8, the caller's vertex at each place.
+
+    Returns:
+        What was scaled back, in the caller's numbering; empty if the path is still not free.
+    """
+    scaled_back = scale_back(loop)
+    detected = loop.step.detect()
+    if detected.found or detected.blocked:
+        loop.step.positions, scaled_back = loop.step.longest[0], []
+    return [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
 
 
-def _thickness(scene, thickness, options):
-    if thickness is not None:
-        return checks.thickness(thickness)
-    if len(scene.edges) == 0:
-        return 1.0  # no edges, no faces: nothing can meet, any will do
-    length = median_length(scene.positions_t0, scene.edges)
-    return checks.thickness(options.thickness_fraction * length)
+def _judge(
+    scene: SceneArrays,
+    impacts: Impacts,
+    multipliers: Multipliers,
+    zones: Zones,
+    thickness: float,
+    positions: Positions,
+) -> list[Residuals]:
+    """Compute the residuals of each zone from the positions and multipliers that are returned."""
+    judged = []
+    for zone in range(len(zones)):
+        own = zones.impacts_of(zone)
+        vertices = np.unique(impacts.nodes[own])
+        problem = zone_problem(scene, impacts, zones, zone, thickness)
+        judged.append(residuals(problem, positions[vertices], multipliers[own]))
+    return judged
 
 
-def _make_cpu_step(scene: Scene, thickness: float, options: Options) -> Step:
-    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
-    detector = Detector(start, edges, faces, scene.excluded, options.rules)
-    return CpuStep(scene, thickness, options, detector)
-
-
-def _durations(times):
-    names = list(times)
-    durations = {b: times[b] - times[a] for a, b in pairwise(names)}
-    durations["total"] = times[names[-1]] - times[names[0]]
-    return durations
+def _verdict(
+    certificate: PathCertificate,
+    scaled_back: list[ScaledBack],
+    judged: list[Residuals],
+    options: Options,
+) -> tuple[Status, bool, bool]:
+    """Return the status, converged and feasible, from what was certified and judged."""
+    valid = certificate.free and not scaled_back
+    converged = valid and all(
+        r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
+    )
+    if not certificate.free:
+        status = Status.BLOCKED
+    else:
+        status = Status.FREE if converged else Status.FREE_BY_FALLBACK
+    feasible = valid and all(r.feasible(options.violation_tolerance) for r in judged)
+    return status, converged, feasible

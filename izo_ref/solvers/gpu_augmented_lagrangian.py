@@ -1,27 +1,46 @@
-"""The augmented-Lagrangian methods on the device: a zone a block, or a large one by all blocks."""
+"""The augmented-Lagrangian methods on a GPU: one block a zone, or all blocks for a large zone."""
+
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from izo_ref.base.arrays import GpuArray
 from izo_ref.base.cuda.thread_group import PARTS, WARP, shared_bytes
 from izo_ref.base.devices import count_resident_blocks
 from izo_ref.base.gpu_arrays import empty, flatnonzero, last_of, take, to_cpu, to_gpu, zeros
-from izo_ref.solvers.augmented_lagrangian import Inputs, Results, work_space
+from izo_ref.base.options import Options
+from izo_ref.solvers.augmented_lagrangian import Results, work_space
 from izo_ref.solvers.cuda import lagrangian as kernels
-from izo_ref.solvers.gpu_variables import Variables
+from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
+from izo_ref.solvers.gpu_variables import VariablesOnGpu
+from izo_ref.solvers.variables import Inputs
 
-# Threads of a block: for zones of a few impacts, and for others. More than 256 would leave each
-# fewer registers than the kernel has.
+# Threads of a block for zones of few impacts, and for other zones. With more than 256 threads, a
+# thread has fewer registers than the kernel uses.
 FEW, MANY = WARP, 256
-# Impacts of a zone that one block solves, in float64: with more, each of its threads would have
-# more than 16 rows. Not measured yet.
+# Most impacts of a zone that one block solves in float64. With more impacts, each thread of the
+# block has more than 16 of them. Not measured yet.
 LARGE = 4096
 MOST = np.iinfo(np.int64).max
 
 
-def solve_on_gpu(inputs: Inputs, results: Results, n_threads: int, timed=lambda call: call()):
-    """Run the kernels on arrays of the device: a block a zone, or all blocks if it is large.
+def solve_on_gpu(
+    inputs: Inputs,
+    results: Results,
+    n_threads: int,
+    timed: Callable[[Callable[[], None]], Any] = lambda call: call(),
+) -> Any:
+    """Run the kernels on arrays of the GPU: one block a zone, or all blocks for a large zone.
 
-    `timed` makes the call that runs them; what it returns is returned.
+    Args:
+        inputs: Arrays of the GPU.
+        results: Arrays of the GPU, which are written.
+        n_threads: Threads of a block.
+        timed: Calls the function that launches the kernels, and may measure its time.
+
+    Returns:
+        What `timed` returns.
     """
     is_double = inputs.curvatures.dtype == np.float64
     most = LARGE if is_double else MOST
@@ -42,7 +61,7 @@ def solve_on_gpu(inputs: Inputs, results: Results, n_threads: int, timed=lambda 
         parts = zeros((n_blocks, PARTS), np.float64)
         by_grid.append((launch, one, zeros(*own), parts))
 
-    def run():
+    def run() -> None:
         in_blocks(*inputs, *results, *shared, states)
         for launch, one, own, parts in by_grid:
             launch(*one, *results, *shared, own, parts)
@@ -50,35 +69,53 @@ def solve_on_gpu(inputs: Inputs, results: Results, n_threads: int, timed=lambda 
     return timed(run)
 
 
-def flag_zones_of_size(zones, impact_offsets, more_than, at_most):
-    """(n,) b1, which of the zones have more impacts than one number, and at most another."""
+def flag_zones_of_size(
+    zones: GpuArray, impact_offsets: GpuArray, more_than: int, at_most: int
+) -> GpuArray:
+    """Return (n,) b1: which of the zones have more impacts than one number, and at most another.
+
+    Args:
+        zones: (n,) i8.
+        impact_offsets: (n_zones + 1,) i8.
+        more_than: Impacts.
+        at_most: Impacts.
+    """
     n = zones.shape[0]
     flags = empty(n, np.bool_)
     kernels.flag_zones_of_size[n](zones, impact_offsets, more_than, at_most, flags)
     return flags
 
 
-def solve_chosen(rows, members, chosen, thickness, options, solution):
-    """Solve some of the zones, and judge which are solved.
+def solve_chosen(
+    constraints: GpuConstraints,
+    members: Members,
+    chosen: GpuArray,
+    thickness: float,
+    options: Options,
+    solution: GpuSolution,
+) -> None:
+    """Solve some of the zones, and judge which of them are solved.
 
     Args:
-        rows: `Rows`, of the device.
-        members: `Members` of the zones.
-        chosen: (n_zones,) b1, those to solve.
+        constraints: The constraints of all zones.
+        members: Which zones the impacts and vertices belong to.
+        chosen: (n_zones,) b1, zones to solve.
         thickness: [m].
-        options: `Options`, with one of the methods here, or a preset.
-        solution: `Solution`, written.
+        options: An augmented-Lagrangian method or a preset, and the tolerances.
+        solution: Its entries of the chosen zones are written.
     """
     zones = flatnonzero(chosen)
     if zones.shape[0] == 0:
         return
-    variables = Variables(rows, members, chosen, zones, thickness, options, MANY)
+    variables = VariablesOnGpu(constraints, members, chosen, zones, thickness, options, MANY)
     inputs, n_zones = variables.inputs, chosen.shape[0]
     results = Results(
-        zeros((inputs.curvatures.shape[0],), np.float64),
-        zeros((rows.rhs.shape[0],), np.float64),
-        *(empty(n_zones, dtype) for dtype in (np.int32, np.float64, np.float64)),
-        empty((n_zones, 0, 2), np.float64),
+        x=zeros((inputs.curvatures.shape[0],), np.float64),
+        multipliers=zeros((constraints.rhs.shape[0],), np.float64),
+        steps=empty(n_zones, np.int32),
+        gaps=empty(n_zones, np.float64),
+        violations=empty(n_zones, np.float64),
+        trace=empty((n_zones, 0, 2), np.float64),
     )
     solve_on_gpu(inputs, results, MANY)
     variables.take_answers(results, solution)
@@ -88,13 +125,26 @@ def solve_chosen(rows, members, chosen, thickness, options, solution):
     )
 
 
-def run_on_gpu(inputs: Inputs, results: Results, timed=lambda call: call()):
-    """The same on arrays of the processor, called as the processor's own is."""
-    own = Inputs(*(to_gpu(column) for column in inputs[:-1]), inputs.settings)
-    device_results = Results(*(to_gpu(column) for column in results))
+def run_on_gpu(
+    inputs: Inputs,
+    results: Results,
+    timed: Callable[[Callable[[], None]], Any] = lambda call: call(),
+) -> Any:
+    """Run the kernels on arrays of the CPU; `run_on_cpu` has the same first two arguments.
+
+    Args:
+        inputs: Arrays of the CPU.
+        results: Arrays of the CPU, which are written.
+        timed: Calls the function that launches the kernels, and may measure its time.
+
+    Returns:
+        What `timed` returns.
+    """
+    own = Inputs._make((*map(to_gpu, inputs[:-1]), inputs.settings))
+    own_results = Results._make(map(to_gpu, results))
     largest = np.diff(inputs.impact_offsets).max()
     n_threads = FEW if largest <= FEW else MANY
-    said = solve_on_gpu(own, device_results, n_threads, timed)
-    for result, array in zip(results, device_results, strict=True):
+    returned = solve_on_gpu(own, own_results, n_threads, timed)
+    for result, array in zip(results, own_results, strict=True):
         result[...] = to_cpu(array)
-    return said
+    return returned

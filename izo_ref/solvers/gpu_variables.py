@@ -1,12 +1,14 @@
-"""Zones of the loop in the variables of the augmented-Lagrangian methods, and answers back.
+"""Zones of the loop in the variables of the augmented-Lagrangian methods, on a GPU, and back.
 
-`augmented_lagrangian.py` is the same on the CPU; of zones side by side some are chosen.
+`variables.py` does the same on the CPU. Here only some of the zones that lie side by
+side are chosen.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import Floats, GpuArray
 from izo_ref.base.cuda.thread_group import shared_bytes
 from izo_ref.base.gpu_arrays import (
     copy,
@@ -19,81 +21,97 @@ from izo_ref.base.gpu_arrays import (
     to_cpu,
     to_gpu,
 )
-from izo_ref.solvers.augmented_lagrangian import MEMORY, Inputs
+from izo_ref.base.options import Options
+from izo_ref.solvers.augmented_lagrangian import Results
 from izo_ref.solvers.cuda import variables as kernels
-from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS, choose_settings
+from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
+from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, choose_settings, preset_of
+from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.variables import MEMORY, Inputs
 
 
-class Members(NamedTuple):
-    """Whose the impacts and vertices of the zones are, on the device."""
+class _Converted(NamedTuple):
+    """Constraints in the variables of the solver."""
 
-    zone_of_impact: np.ndarray  # (n_impacts,) i8
-    zone_of_vertex: np.ndarray  # (n_free,) i8
-    vertices: np.ndarray  # (n_free,) i8, which of the scene's
-    inverse_sqrt_masses: np.ndarray  # (n_vertices,) f8 [kg^-1/2], 0 for pinned
+    nodes: GpuArray  # (n_impacts, 4) u4
+    coefficients: GpuArray  # (n_impacts, 4) f8
+    starts: GpuArray  # (n_impacts,) f8
+    metres: GpuArray  # (n_impacts,) f8 [m]
+    is_entry: GpuArray  # (4 n_impacts,) b1
 
 
-class Variables:
-    """What x and l mean.
+class VariablesOnGpu:
+    """The variables of the solver for chosen zones, and the way back to scaled variables.
 
     Args:
-        rows: `Rows`.
-        members: `Members`.
-        chosen: (n_zones,) b1.
-        zones: (n,) i8, the same.
+        constraints: The constraints of all zones.
+        members: Which zones the impacts and vertices belong to.
+        chosen: (n_zones,) b1, zones to solve.
+        zones: (n,) i8, the numbers of these zones.
         thickness: [m].
-        options: `Options`.
-        n_threads: of a block, for what is summed over a zone.
+        options: An augmented-Lagrangian method or a preset, and the tolerances.
+        n_threads: Threads of a block, for sums over a zone.
 
     Attributes:
-        inputs: `Inputs` of the kernels that solve.
+        inputs: The inputs of the kernels that solve.
     """
 
-    def __init__(self, rows, members, chosen, zones, thickness, options, n_threads):
-        self._rows, self._members, self._chosen = rows, members, chosen
-        self._options, self._preset = options, PRESETS.get(options.preset)
+    def __init__(
+        self,
+        constraints: GpuConstraints,
+        members: Members,
+        chosen: GpuArray,
+        zones: GpuArray,
+        thickness: float,
+        options: Options,
+        n_threads: int,
+    ) -> None:
+        """Convert the constraints and choose the parameters."""
+        self._constraints, self._members, self._chosen = constraints, members, chosen
+        self._options, self._preset = options, preset_of(options)
         self._kind, self._zones = _kind_of(self._preset), zones
         self._n = chosen.shape[0]
-        self._n_padded = last_of(rows.vertex_offsets) + self._n
+        self._n_padded = last_of(constraints.vertex_offsets) + self._n
         self._in_blocks = (self._zones.shape[0], n_threads, shared_bytes(n_threads))
-        self._scales, first_steps = self._of_zones()
-        nodes, coefficients, starts, metres, is_entry = self._of_rows()
-        entries, entry_starts = self._by_vertex(flatnonzero(is_entry))
-        settings, n = choose_settings(options, thickness), self._n
-        mus, caps = self._penalties(settings, nodes, coefficients, entries, entry_starts)
-        row_offsets, memory_offsets = empty(n + 1, np.int64), empty(n + 1, np.int64)
-        memory = MEMORY.get(settings.direction, (0, 0))
-        kernels.find_zone_offsets[n + 1](rows.vertex_offsets, *memory, row_offsets, memory_offsets)
+        self._scales, first_steps = self._scale_zones()
+        converted = self._convert_constraints()
+        entries, entry_starts = self._sort_entries(flatnonzero(converted.is_entry))
+        settings = choose_settings(options, thickness)
+        mus, caps = self._penalties(settings, converted, entries, entry_starts)
+        unknown_offsets, memory_offsets = self._find_offsets(settings)
+        own_impacts, arms = self._compute_arms(entries, converted.coefficients)
         self.inputs = Inputs(
-            self._zones,
-            rows.impact_offsets,
-            row_offsets,
-            memory_offsets,
-            nodes,
-            coefficients,
-            *self._arms(entries, coefficients),
-            entry_starts,
-            rows.normals,
-            starts,
-            metres,
-            self._curvatures(),
-            to_gpu(mus),
-            to_gpu(caps),
-            first_steps,
-            self._scales,  # for units, of a trace that is not asked for
-            settings,
+            zones=self._zones,
+            impact_offsets=constraints.impact_offsets,
+            unknown_offsets=unknown_offsets,
+            memory_offsets=memory_offsets,
+            nodes=converted.nodes,
+            coefficients=converted.coefficients,
+            entries=own_impacts,
+            arms=arms,
+            entry_starts=entry_starts,
+            normals=constraints.normals,
+            starts=converted.starts,
+            metres=converted.metres,
+            curvatures=self._compute_curvatures(),
+            mus=to_gpu(mus),
+            mu_caps=to_gpu(caps),
+            first_steps=first_steps,
+            units=self._scales,  # not used, because no trace is recorded
+            settings=settings,
         )
 
-    def _of_zones(self):
+    def _scale_zones(self) -> tuple[GpuArray, GpuArray]:
+        """Return the scale of the variables and the first step of each zone, (n_zones,) f8."""
         scales, first_steps = (full(self._n, 1.0, np.float64) for _ in range(2))
-        preset, rows = self._preset, self._rows
+        preset, constraints = self._preset, self._constraints
         steps = (1.0, 0.0) if preset is None else (preset.step, preset.step_per_vertex)
         kernels.scale_zones.in_blocks(*self._in_blocks)(
             self._zones,
-            rows.impact_offsets,
-            rows.vertex_offsets,
+            constraints.impact_offsets,
+            constraints.vertex_offsets,
             *self._members[2:],
-            rows.rhs,
+            constraints.rhs,
             self._kind,
             *steps,
             scales,
@@ -101,47 +119,60 @@ class Variables:
         )
         return scales, first_steps
 
-    def _of_rows(self):
-        rows, m = self._rows, self._rows.rhs.shape[0]
-        scaled = (
+    def _convert_constraints(self) -> _Converted:
+        """Return the constraints in the variables of the solver."""
+        constraints, m = self._constraints, self._constraints.rhs.shape[0]
+        converted = _Converted(
             empty((m, 4), np.uint32),
-            copy(rows.coefficients),
+            copy(constraints.coefficients),
             empty(m, np.float64),
             empty(m, np.float64),
             empty(4 * m, np.bool_),
         )
-        kernels.scale_rows[m](
+        kernels.convert_constraints[m](
             self._members.zone_of_impact,
-            rows.vertex_offsets,
+            constraints.vertex_offsets,
             *self._members[2:],
             self._scales,
             self._kind,
             self._chosen,
-            rows.unknowns,
-            rows.rhs,
-            rows.lengths,
-            *scaled,
+            constraints.unknowns,
+            constraints.rhs,
+            constraints.lengths,
+            *converted,
         )
-        return scaled
+        return converted
 
-    def _by_vertex(self, entries):
-        """Entries, 4 j + k, by vertex; and where those of each vertex begin."""
+    def _sort_entries(self, entries: GpuArray) -> tuple[GpuArray, GpuArray]:
+        """Return the entries, 4 j + k, vertex by vertex, and where those of each vertex begin."""
         n = entries.shape[0]
         vertices, starts = empty(n, np.int64), empty(self._n_padded + 1, np.uint64)
-        zone_of_impact, unknowns = self._members.zone_of_impact, self._rows.unknowns
+        zone_of_impact, unknowns = self._members.zone_of_impact, self._constraints.unknowns
         kernels.find_entry_vertices[n](entries, zone_of_impact, unknowns, vertices)
         order = stable_argsort(vertices)
         kernels.find_vertex_starts[self._n_padded + 1](take(vertices, order), starts)
         return take(entries, order), starts
 
-    def _arms(self, entries, coefficients):
-        n, rows = entries.shape[0], self._rows
+    def _find_offsets(self, settings: Settings) -> tuple[GpuArray, GpuArray]:
+        """Return where x and the memory of each zone begin, (n_zones + 1,) i8."""
+        n = self._n
+        unknown_offsets, memory_offsets = empty(n + 1, np.int64), empty(n + 1, np.int64)
+        memory, offsets = MEMORY.get(settings.direction, (0, 0)), self._constraints.vertex_offsets
+        kernels.find_zone_offsets[n + 1](offsets, *memory, unknown_offsets, memory_offsets)
+        return unknown_offsets, memory_offsets
+
+    def _compute_arms(self, entries: GpuArray, coefficients: GpuArray) -> tuple[GpuArray, GpuArray]:
+        """Return the impact's number in its zone, and coefficient times normal, of each entry."""
+        n, constraints = entries.shape[0], self._constraints
         own, arms = empty(n, np.uint32), empty((n, 3), np.float64)
-        zone_of, offsets = self._members.zone_of_impact, rows.impact_offsets
-        kernels.compute_arms[n](entries, zone_of, offsets, coefficients, rows.normals, own, arms)
+        zone_of, offsets = self._members.zone_of_impact, constraints.impact_offsets
+        kernels.compute_arms[n](
+            entries, zone_of, offsets, coefficients, constraints.normals, own, arms
+        )
         return own, arms
 
-    def _curvatures(self):
+    def _compute_curvatures(self) -> GpuArray:
+        """Return the curvatures w, (n_unknowns,) f8."""
         curvatures = full(3 * self._n_padded, 1.0, np.float64)
         if self._preset is not None:
             _, zone_of, *of_vertices = self._members
@@ -150,8 +181,10 @@ class Variables:
             )
         return curvatures
 
-    def _penalties(self, settings, nodes, coefficients, entries, entry_starts):
-        """(mu, largest mu) of each zone, on the processor."""
+    def _penalties(
+        self, settings: Settings, converted: _Converted, entries: GpuArray, entry_starts: GpuArray
+    ) -> tuple[Floats, Floats]:
+        """Return mu at the start and the largest mu of each zone, on the CPU."""
         if self._preset is not None:
             mus = np.full(self._n, self._preset.mu)
             return mus, mus
@@ -159,27 +192,38 @@ class Variables:
         if settings.every_step:
             sizes, bounds = empty(self._n_padded, np.float64), full(self._n, 1.0, np.float64)
             kernels.sum_sizes_on_vertices[self._n_padded](
-                entries, entry_starts, coefficients, sizes
+                entries, entry_starts, converted.coefficients, sizes
             )
-            offsets = self._rows.impact_offsets, self._rows.vertex_offsets
+            offsets = self._constraints.impact_offsets, self._constraints.vertex_offsets
             kernels.bound_couplings.in_blocks(*self._in_blocks)(
-                self._zones, *offsets, nodes, coefficients, sizes, bounds
+                self._zones, *offsets, converted.nodes, converted.coefficients, sizes, bounds
             )
             coupling = to_cpu(bounds)
         return METHOD_PARAMETERS[self._options.method].penalties(self._options, coupling)
 
-    def take_answers(self, results, solution):
-        """Write x and l of the chosen zones to a `Solution`, in the loop's variables."""
+    def take_answers(self, results: Results, solution: GpuSolution) -> None:
+        """Write the answers of the chosen zones to a solution, in scaled variables.
+
+        Args:
+            results: What the kernels have written.
+            solution: `multipliers` and `z` are written.
+        """
         members = self._members
         n_most = max(members.zone_of_impact.shape[0], members.zone_of_vertex.shape[0])
         answers = results.x, results.multipliers
-        of_zones = self._scales, self._kind
         kernels.take_answers[n_most](
-            self._chosen, *members, self._rows.lengths, *of_zones, *answers, *solution[:2]
+            self._chosen,
+            *members,
+            self._constraints.lengths,
+            self._scales,
+            self._kind,
+            *answers,
+            *solution[:2],
         )
 
 
-def _kind_of(preset):
+def _kind_of(preset: Preset | None) -> int:
+    """Return the code of the variables of a method (None) or of a preset."""
     if preset is None:
         return kernels.SCALED
     return kernels.BY_TOTAL_MASS if preset.by_total_mass else kernels.BY_MEAN_INVERSE

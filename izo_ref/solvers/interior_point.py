@@ -1,72 +1,124 @@
 """Primal-dual interior-point method for one large zone.
 
-In scaled variables (SPEC 5): minimise 1/2 |z|^2 subject to C z - w = s, w >= 0, with
-multipliers l >= 0 and z = C^T l. Each iteration takes a predictor and a corrector step
-from one sparse factorisation, of whichever is smaller:
+In scaled variables (SPEC section 5): minimise 1/2 |z|^2 subject to C z - w = s, w >= 0, with
+multipliers l >= 0 and z = C^T l. Each iteration takes a predictor and a corrector step with one
+sparse factorisation. It factors the smaller of two matrices:
 
-    rows      (C C^T + diag(w / l)) dl = ...     as many unknowns as impacts
-    columns   (I + C^T diag(l / w) C) dz = ...   three for each vertex
+    of the multipliers   (C C^T + diag(w / l)) dl = ...     as many unknowns as impacts
+    of the positions     (I + C^T diag(l / w) C) dz = ...   three unknowns for each vertex
 
-Zones whose impacts were selected have fewer impacts than unknowns, and the first form
-has little fill; with all impacts it is the other way round. Redundant rows, which make
-C C^T singular and stop active-set methods, do not matter here.
+Zones whose impacts were selected have fewer impacts than unknowns, and the first matrix fills up
+little. With all impacts in the zones it is the other way round. Redundant constraints, which make
+C C^T singular and stop active-set methods, do no harm here.
 
 Source: S. Mehrotra, On the implementation of a primal-dual interior point method (1992);
 Nocedal & Wright 2006, algorithm 16.4.
 """
 
+from typing import Protocol
+
 import numpy as np
 
+from izo_ref.base.arrays import Floats, Multipliers
 from izo_ref.solvers.cpu.sparse import weighted_gram
+from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import dot, residuals, to_boundary
 from izo_ref.solvers.sparse import SparseCholesky
 
-# Fraction of the way to the boundary that is taken, at least. All but the relative gap is, if
-# that is more, so that the last steps gain more each: one iteration of 18 on a zone of 24,000.
+# Least fraction of the way to the boundary that a step takes. It takes 1 - relative gap if that is
+# more, so that the last steps gain more each. That saves one iteration of 18 on a zone of 24,000
+# impacts.
 TO_BOUNDARY = 0.995
 MAX_ITERATIONS = 100
-# Of the tolerances: the last iteration gains two digits or three, and bounds the distance by
-# their root.
+# Fraction of the tolerances to reach. The last iteration gains two or three digits, and the root of
+# the gap bounds the distance to the optimum.
 CONVERGED_ERROR = 1e-2
-# How far inside it begins, of the mean slack and multiplier of some sweeps, which save four of
-# 22 iterations on a zone of 24,000 impacts.
+# The start is moved inside to this fraction of the mean slack and of the mean multiplier of some
+# sweeps. The sweeps save four of 22 iterations on a zone of 24,000 impacts.
 INSIDE = 0.5
-# The largest entry of s is 1: what the most violated row alone would move. Multipliers l
-# prove that every feasible z has |z| >= l . s / |C^T l|; beyond this the zone counts as
-# infeasible, for a solution that far off is of no use to anybody.
+# A zone counts as infeasible if every feasible z has |z| above this. The unit is how far the most
+# violated constraint alone would move z, because the largest entry of s is scaled to 1. Multipliers
+# l prove |z| >= l . s / |C^T l| for every feasible z. A solution that is so far off is useless.
 FARTHEST = 1e4
 
 
-class _Rows:
-    """Newton's equations reduced to the multipliers."""
+class _NewtonEquations(Protocol):
+    """Newton's equations of a zone, reduced to some of their unknowns.
 
-    def __init__(self, zone):
+    `primal` is C z - w - s and `dual` is z - C^T l; both are zero at the solution.
+    """
+
+    zone: LargeZone
+
+    def start(self, multipliers: Multipliers) -> Floats:
+        """Return z, (n,) f8, at the start."""
+        ...
+
+    def factorize(self, slack: Floats, multipliers: Multipliers) -> None:
+        """Factor the matrix at slacks w and multipliers l, (m,) f8."""
+        ...
+
+    def direction(
+        self,
+        products: Floats,
+        slack: Floats,
+        multipliers: Multipliers,
+        primal: Floats,
+        dual: Floats,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the step of z, w and l.
+
+        Args:
+            products: (m,) f8, what the step has to subtract from the products w l.
+            slack: (m,) f8, w.
+            multipliers: (m,) f8, l.
+            primal: (m,) f8.
+            dual: (n,) f8.
+        """
+        ...
+
+
+class _MultiplierEquations:
+    """Newton's equations reduced to the multipliers; see `_NewtonEquations`."""
+
+    def __init__(self, zone: LargeZone) -> None:
+        """Compute C C^T and its pattern."""
         self.zone = zone
         rows = zone.nodes, zone.coefficients, zone.normals
         entries, self.values = gram_products(*rows, zone.n_vertices)
         self.diagonal = np.flatnonzero(entries[:, 0] == entries[:, 1])
         self.factors = SparseCholesky(entries, len(zone.rhs), 1)
 
-    def start(self, multipliers):
-        # z = C^T l at the start is z = C^T l to rounding at the end, whatever was factored
+    def start(self, multipliers: Multipliers) -> Floats:
+        """Return C^T l: each step then keeps z = C^T l to rounding, whatever was factored."""
         return self.zone.pull(multipliers)
 
-    def factorize(self, slack, multipliers):
+    def factorize(self, slack: Floats, multipliers: Multipliers) -> None:
+        """Factor C C^T + diag(w / l)."""
         values = self.values.copy()
         values[self.diagonal] += slack / multipliers
         self.factors.factorize(values)
 
-    def direction(self, products, slack, multipliers, primal, dual):
+    def direction(
+        self,
+        products: Floats,
+        slack: Floats,
+        multipliers: Multipliers,
+        primal: Floats,
+        dual: Floats,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the step of z, w and l."""
         du = self.factors.solve(self.zone.times(dual) - primal - products / multipliers)
         dz = self.zone.pull(du) - dual
         return dz, -(products + slack * du) / multipliers, du
 
 
-class _Columns:
-    """Newton's equations reduced to the unknowns, in blocks of three for each vertex."""
+class _PositionEquations:
+    """Newton's equations reduced to z, three unknowns a vertex; see `_NewtonEquations`."""
 
-    def __init__(self, zone):
+    def __init__(self, zone: LargeZone) -> None:
+        """Find which blocks of I + C^T diag(l / w) C are not zero, and where each impact adds."""
         self.zone, n = zone, zone.n_vertices
         first, second = np.triu_indices(4, 1)
         low = np.minimum(zone.nodes[:, first], zone.nodes[:, second])
@@ -82,43 +134,57 @@ class _Columns:
         self.slots[:, np.arange(4), np.arange(4)] = itself
         self.factors = SparseCholesky(self.entries, n, 3)
 
-    def start(self, multipliers):
+    def start(self, multipliers: Multipliers) -> Floats:
+        """Return zeros."""
         return np.zeros(3 * self.zone.n_vertices)
 
-    def factorize(self, slack, multipliers):
+    def factorize(self, slack: Floats, multipliers: Multipliers) -> None:
+        """Factor I + C^T diag(l / w) C."""
         values = np.zeros((len(self.entries), 3, 3))
         values[self.diagonal] = np.eye(3)
         weights = multipliers / slack
         weighted_gram(self.slots, self.zone.coefficients, self.zone.normals, weights, values)
         self.factors.factorize(values)
 
-    def direction(self, products, slack, multipliers, primal, dual):
+    def direction(
+        self,
+        products: Floats,
+        slack: Floats,
+        multipliers: Multipliers,
+        primal: Floats,
+        dual: Floats,
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return the step of z, w and l."""
         pushes = (products + multipliers * primal) / slack
         dz = self.factors.solve(-dual - self.zone.pull(pushes))
         dw = self.zone.times(dz) + primal
         return dz, dw, -(products + multipliers * dw) / slack
 
 
-def interior_point(zone, start, gap_tolerance, violation_tolerance):
+def interior_point(
+    zone: LargeZone,
+    start: tuple[Floats, Multipliers],
+    gap_tolerance: float,
+    violation_tolerance: float,
+) -> tuple[Floats, Multipliers, int, bool]:
     """Solve one zone.
 
     Args:
-        zone: `LargeZone`.
-        start: z (n,) and multipliers (m,) of some sweeps.
-        gap_tolerance: relative duality gap to reach; it is undercut as far as rounding
-            lets it.
-        violation_tolerance: largest s - C z to reach, in the unit of rhs.
+        zone: The zone.
+        start: z, (n,) f8, and multipliers, (m,) f8, after some sweeps; n is 3 n_vertices.
+        gap_tolerance: Relative duality gap to reach. The method goes below it if rounding allows.
+        violation_tolerance: Largest s - C z to reach, in the unit of rhs.
 
     Returns:
-        z (n,), multipliers (m,), iterations, and False if the rows were not satisfied:
-        nothing does, or nothing near.
+        z, (n,) f8, the multipliers, (m,) f8, the number of iterations, and whether the constraints
+        are satisfied. If they are not, then no z satisfies them, or none nearby.
     """
     rhs = zone.rhs
     scale = rhs.max()
     s = rhs / scale
-    newton = (_Rows if len(rhs) < 3 * zone.n_vertices else _Columns)(zone)
-    z, slack, multipliers = _inside(s, newton, start[0] / scale, start[1] / scale)
-    best = (np.inf, z, multipliers, 0)
+    newton = _choose_equations(zone)
+    z, slack, multipliers = _move_inside(s, newton, start[0] / scale, start[1] / scale)
+    best, iteration = (np.inf, z, multipliers, 0), 0
     for iteration in range(MAX_ITERATIONS):
         dual, primal = np.empty_like(z), np.empty_like(s)
         violation, objective, gap, norm = residuals(
@@ -144,18 +210,33 @@ def interior_point(zone, start, gap_tolerance, violation_tolerance):
     return best[1] * scale, best[2] * scale, iteration, violation <= violation_tolerance
 
 
-def _inside(s, newton, z, multipliers):
-    """z, slacks and multipliers of a start, moved inside."""
+def _choose_equations(zone: LargeZone) -> _NewtonEquations:
+    """Return the equations with fewer unknowns."""
+    if len(zone.rhs) < 3 * zone.n_vertices:
+        return _MultiplierEquations(zone)
+    return _PositionEquations(zone)
+
+
+def _move_inside(
+    s: Floats, newton: _NewtonEquations, z: Floats, multipliers: Multipliers
+) -> tuple[Floats, Floats, Multipliers]:
+    """Return z, slacks and multipliers of a start; slacks and multipliers become positive."""
     slack = newton.zone.times(z) - s
     slack = np.maximum(slack, INSIDE * np.mean(np.abs(slack)))
     multipliers = np.maximum(multipliers, INSIDE * np.mean(multipliers[multipliers > 0.0]))
     return newton.start(multipliers), slack, multipliers
 
 
-def _direction(newton, slack, multipliers, primal, dual):
-    """A predictor and a corrector step.
+def _direction(
+    newton: _NewtonEquations,
+    slack: Floats,
+    multipliers: Multipliers,
+    primal: Floats,
+    dual: Floats,
+) -> tuple[Floats, Floats, Floats]:
+    """Return the step of z, w and l: a predictor with its corrector.
 
-    Gondzio's further corrections were tried: two iterations fewer of 22, and as much time.
+    Gondzio's further corrections were tried. They save two iterations of 22, but no time.
     """
     products = slack * multipliers
     mean = dot(slack, multipliers) / len(slack)

@@ -1,84 +1,91 @@
-"""One large zone: from its last solution by pivoting; else by sweeps or the interior point.
+"""Solve one large zone.
 
-Impacts between vertices that have little to do with each other are solved in some hundred
-sweeps, while factors fill up: a random zone of 4096 impacts takes 0.14 s by sweeps and 10 s by
-factorisations. Layers in contact are the other way round: 5 ms by factorisations and 0.2 s by
-sweeps for a zone of 1374 impacts of stack-6k.
+If the zone has a last solution, block pivoting starts from it. Otherwise, and if block pivoting
+gives up, the zone is solved by sweeps or by the interior point:
+
+* Sweeps are fast if most impacts have little to do with each other. A random zone of 4096 impacts
+  takes some hundred sweeps, 0.14 s. Its factors fill up, and factorisations take 10 s.
+* Layers in contact are the other way round. A zone of 1374 impacts of stack-6k takes 5 ms by
+  factorisations and 0.2 s by sweeps.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import Floats, Multipliers
 from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.interior_point import interior_point
 from izo_ref.solvers.pivoting import pivot_from
-from izo_ref.solvers.serial.constraints import products, pull
+from izo_ref.solvers.scaled_constraints import LargeZone
 
-# Sweeps before the interior point, for its start, and at most where they do it all.
+# Sweeps that give the interior point its start, and largest number of sweeps if sweeps alone are
+# to solve the zone.
 FIRST_SWEEPS, MORE_SWEEPS = 16, 2000
-# Width of the band around the diagonal, over the vertices: 0.41 for random zones of any size,
-# 0.001 to 0.08 for chains, piles, and all zones of real steps from 1374 to 43,036 impacts.
+# Width of the band around the diagonal as a fraction of the number of vertices, from which on a
+# zone is entangled. The width is 0.41 for random zones of any size, and 0.001 to 0.08 for chains,
+# piles, and all zones of real steps from 1374 to 43,036 impacts.
 ENTANGLED = 0.2
-# Of the tolerances, so that rounding elsewhere does not lift the residuals over them.
+# Fraction of the tolerances that sweeps have to reach, so that rounding elsewhere does not lift
+# the residuals over the tolerances.
 TOLERANCE_SHARE = 0.5
 
 
-class LargeZone(NamedTuple):
-    """The rows of one zone."""
+class LargeSolution(NamedTuple):
+    """The solution of one large zone, in scaled variables."""
 
-    nodes: np.ndarray  # (m, 4) i4, into the zone's vertices; -1 for pinned ones
-    coefficients: np.ndarray  # (m, 4) f8; with the normals, unit rows
-    normals: np.ndarray  # (m, 3) f8
-    rhs: np.ndarray  # (m,) f8 [m kg^1/2], s; at least one entry is positive
-    lengths: np.ndarray  # (m,) f8 [kg^-1/2], of the rows before scaling
-    n_vertices: int  # that are not pinned
-
-    def times(self, z):
-        """C z, (m,), for z (3 n_vertices,)."""
-        out = np.empty(len(self.rhs))
-        products(0, self.nodes, self.coefficients, self.normals, z, out)
-        return out
-
-    def pull(self, multipliers):
-        """C^T u, (3 n_vertices,), for u (m,)."""
-        out = np.empty(3 * self.n_vertices)
-        pull(0, self.nodes, self.coefficients, self.normals, multipliers, out)
-        return out
+    z: Floats  # (3 n_vertices,) f8 [m kg^1/2]
+    multipliers: Multipliers  # (m,) f8 [m kg^1/2], of the constraints of unit length
+    method: str  # the method that ended it
+    steps: int  # of this method
+    solved: bool
 
 
-def solve_large_zone(zone: LargeZone, start, gap_tolerance, violation_tolerance, interior_only):
+def solve_large_zone(
+    zone: LargeZone,
+    start: Multipliers,
+    gap_tolerance: float,
+    violation_tolerance: float,
+    interior_only: bool,
+) -> LargeSolution:
     """Solve one zone.
 
     Args:
-        zone: `LargeZone`.
-        start: (m,) f8, multipliers of the last solution, of unit rows; zeros if there is none.
-        gap_tolerance: relative duality gap.
-        violation_tolerance: [m].
-        interior_only: whether the interior point has to end it.
+        zone: The zone.
+        start: (m,) f8 [m kg^1/2], multipliers of the last solution, of the constraints of unit
+            length; zeros if there is no last solution.
+        gap_tolerance: Largest relative duality gap.
+        violation_tolerance: Largest violation [m].
+        interior_only: Whether to allow no other method than the interior point.
 
     Returns:
-        z (n,), multipliers (m,), the method that ended it, its steps, and whether the rows are
-        satisfied.
+        The solution.
     """
     tolerances = TOLERANCE_SHARE * gap_tolerance, TOLERANCE_SHARE * violation_tolerance
-    of_unit_rows = violation_tolerance / zone.lengths.max()
+    scaled_tolerance = violation_tolerance / zone.lengths.max()
     if start.any() and not interior_only:
-        solution = pivot_from(zone, start, gap_tolerance, of_unit_rows)
+        solution = pivot_from(zone, start, gap_tolerance, scaled_tolerance)
         if solution is not None:
-            return *solution[:2], "pivoting", solution[2], True
+            return LargeSolution(*solution[:2], "pivoting", solution[2], True)
     u, z = np.zeros(len(zone.rhs)), np.zeros((zone.n_vertices, 3))
-    sweeps_may_do = not interior_only and is_entangled(zone)
-    most = MORE_SWEEPS if sweeps_may_do else FIRST_SWEEPS
+    sweeps_may_solve = not interior_only and is_entangled(zone)
+    most = MORE_SWEEPS if sweeps_may_solve else FIRST_SWEEPS
     steps = _sweep(zone, most, *tolerances, u, z)
-    if sweeps_may_do and steps < most:
-        return z.ravel(), u, "apgs", steps, True
-    solution = interior_point(zone, (z.ravel(), u), gap_tolerance, of_unit_rows)
-    return *solution[:2], "interior-point", *solution[2:]
+    if sweeps_may_solve and steps < most:
+        return LargeSolution(z.ravel(), u, "apgs", steps, True)
+    solution = interior_point(zone, (z.ravel(), u), gap_tolerance, scaled_tolerance)
+    return LargeSolution(*solution[:2], "interior-point", *solution[2:])
 
 
-def _sweep(zone, count, gap_tolerance, violation_tolerance, u, z):
-    """Go on from u by at most so many sweeps; returns how many."""
+def _sweep(
+    zone: LargeZone,
+    count: int,
+    gap_tolerance: float,
+    violation_tolerance: float,
+    u: Multipliers,
+    z: Floats,
+) -> int:
+    """Sweep at most `count` times from the multipliers u on, in place; return how many times."""
     steps = np.zeros(1, np.int32)
     kernels.solve_sweeps.alone(
         np.array([0, len(u)]),
@@ -100,20 +107,20 @@ def _sweep(zone, count, gap_tolerance, violation_tolerance, u, z):
     return int(steps[0])
 
 
-def is_entangled(zone):
-    """Whether no order of the vertices keeps the vertices of each impact close together."""
+def is_entangled(zone: LargeZone) -> bool:
+    """Return whether no order of the vertices keeps the vertices of each impact close together."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import reverse_cuthill_mckee
 
     n = zone.n_vertices
-    free = zone.nodes >= 0
-    lowest = np.where(free, zone.nodes, n).min(axis=1)
+    unpinned = zone.nodes >= 0
+    lowest = np.where(unpinned, zone.nodes, n).min(axis=1)
     if np.mean((zone.nodes.max(axis=1) - lowest) ** 2.0) <= (ENTANGLED * n) ** 2:
-        return False  # the order that is there does it, as the one along a curve mostly
-    starts = np.concatenate(([0], np.cumsum(free.sum(axis=1))))
+        return False  # the present order does it; an order along a curve mostly does
+    starts = np.concatenate(([0], np.cumsum(unpinned.sum(axis=1))))
     ones = np.ones(starts[-1], np.int32)
-    rows = csr_array((ones, zone.nodes[free], starts), shape=(len(zone.nodes), n))
-    graph = (rows.T @ rows).tocsr()
+    incidence = csr_array((ones, zone.nodes[unpinned], starts), shape=(len(zone.nodes), n))
+    graph = (incidence.T @ incidence).tocsr()
     place = np.argsort(reverse_cuthill_mckee(graph, symmetric_mode=True))
     lowest = place.copy()
     np.minimum.at(lowest, np.repeat(np.arange(n), np.diff(graph.indptr)), place[graph.indices])

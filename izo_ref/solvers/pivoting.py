@@ -1,15 +1,19 @@
 """Block pivoting for one large zone that was solved before with fewer impacts.
 
-In scaled variables (SPEC 5) the multipliers minimise 1/2 |C^T u|^2 - s . u over u >= 0. The last
-solution says nearly which of them are positive, F, and then one factorisation gives them all:
+In scaled variables (SPEC section 5) the multipliers minimise 1/2 |C^T u|^2 - s . u over u >= 0. Let
+F be the set of active constraints, those with a positive multiplier. The last solution nearly says
+what F is. Given F, one factorisation gives all multipliers:
 
     (C_F C_F^T + rho) u_F = s_F + rho v_F,    u = 0 elsewhere.
 
-rho takes redundant rows, and v is where u came from: with v = u what rho adds is gone, so
-v follows u once F is right (the proximal-point method, which converges for any rho). Rows of F
-with u < 0 leave it and others with C z < s enter: all at once, or, where they do not get fewer,
-the last of them alone until they do. That ends, but may take very long, so it is given up after
-some factorisations, for the interior point to take over.
+rho makes the matrix regular if constraints are redundant. v is an earlier u: the start, and later
+the u of the last solve whose F was right. If v = u, then the terms with rho cancel, so v follows u
+once F is right. This is the proximal-point method, which converges for any rho.
+
+After each solve, constraints of F with u < 0 leave F, and other constraints with C z < s enter it:
+all at once, or only the last of them if their number does not fall, until it falls. This ends, but
+it may take very long. So it is given up after some factorisations, and the interior point takes
+over.
 
 Source: L. F. Portugal, J. J. Judice, L. N. Vicente, A comparison of block pivoting and
 interior-point algorithms for linear least squares problems with nonnegative variables (1994);
@@ -18,63 +22,71 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm (1976).
 
 import numpy as np
 
+from izo_ref.base.arrays import Flags, Floats, Multipliers
+from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import residuals
 from izo_ref.solvers.sparse import SparseCholesky
 
-# Rows have unit length. Of those that hold in fifteen zones of cloth-ball-clean and
-# armadillo-rollers, squares of singular values are below 1e-14 (redundant) or above 1e-3.
-# In between is where rho belongs: u gains five digits each time v follows, and where redundant
-# rows disagree one leaves at once.
-# With 1e-6 some zones crept toward that for more than 30 solves.
+# Rows of C have unit length. In fifteen zones of cloth-ball-clean and armadillo-rollers, the
+# squared singular values of the active rows are below 1e-14 (redundant) or above 1e-3, and rho
+# belongs in between. With this rho, u gains five digits each time v follows, and if redundant
+# constraints disagree, one of them leaves at once. With 1e-6 some zones crept toward that for more
+# than 30 solves.
 RHO = 1e-8
-# Of the tolerances: a digit more is one more solve.
+# Fraction of the tolerances to reach: a digit more takes one more solve.
 TOLERATED_SLOP = 1e-2
-# Of the zones of cloth-ball-clean that it ends at all, it ends 90 % in 14 steps.
+# On cloth-ball-clean, 90 % of the zones that this method solves at all take at most 14 steps.
 MAX_STEPS = 24
-# Times that the rows on the wrong side may fail to get fewer.
+# How many solves may pass without a new lowest number of constraints on the wrong side. After that
+# only the last of these constraints changes sides.
 PATIENCE = 3
-# Rows that nearly hold come into the pattern too, half as many as hold: else some enter later,
-# and a new pattern takes as long as five factorisations.
+# The pattern also has constraints that nearly hold, half as many as F has. Otherwise some of them
+# enter later, and a new pattern takes as long as five factorisations.
 NEARLY = 0.5
 
 
-def pivot_from(zone, start, gap_tolerance, violation_tolerance):
-    """Solve a zone, if the start is near enough.
+def pivot_from(
+    zone: LargeZone, start: Multipliers, gap_tolerance: float, violation_tolerance: float
+) -> tuple[Floats, Multipliers, int] | None:
+    """Solve a zone if the start is near enough to the solution.
 
     Args:
-        zone: `LargeZone`.
-        start: (m,) f8, multipliers of unit rows, >= 0; 0 for rows that do not hold.
-        gap_tolerance: relative duality gap to reach.
-        violation_tolerance: largest s - C z to reach, in the unit of rhs.
+        zone: The zone.
+        start: (m,) f8 [m kg^1/2], multipliers of the constraints of unit length, >= 0; 0 for
+            inactive impacts.
+        gap_tolerance: Largest relative duality gap.
+        violation_tolerance: Largest s - C z, in the unit of rhs.
 
     Returns:
-        z (n,), multipliers (m,), and solves; or None.
+        z, (3 n_vertices,) f8, the multipliers, (m,) f8, and the number of solves; None if the
+        method gave up.
     """
     scale = zone.rhs.max()
     s, v = zone.rhs / scale, start / scale
-    # rows this little below s are left: to rounding they could enter and leave for ever
+    # Constraints that are violated by no more than this do not enter: rounding could make them
+    # enter and leave for ever.
     slop = TOLERATED_SLOP * violation_tolerance / scale
     dual, primal, no_slack = np.empty(3 * zone.n_vertices), np.empty(len(s)), np.zeros(len(s))
-    rows = zone.times(zone.pull(v))
-    inside = (v > 0.0) | (rows < s)
+    products = zone.times(zone.pull(v))
+    active = (v > 0.0) | (products < s)
     pattern, fewest, waited = None, np.inf, 0
     for step in range(1, MAX_STEPS + 1):
-        if pattern is None or not pattern.has(inside):
-            pattern = _Pattern(zone, inside | _nearly(inside, rows - s))
-        u = pattern.solve(inside, s + RHO * v)
+        if pattern is None or not pattern.covers(active):
+            pattern = _Pattern(zone, active | _nearly_active(active, products - s))
+        u = pattern.solve(active, s + RHO * v)
         z = zone.pull(u)
-        rows = zone.times(z)
-        wrong = np.where(inside, u < 0.0, rows - RHO * v < s - slop)
+        products = zone.times(z)
+        wrong = np.where(active, u < 0.0, products - RHO * v < s - slop)
         count = np.count_nonzero(wrong)
         if count:
             waited = 0 if count < fewest else waited + 1
             fewest = min(count, fewest)
             if waited >= PATIENCE:
                 wrong[: np.flatnonzero(wrong)[-1]] = False
-            inside = inside ^ wrong
+            active = active ^ wrong
             continue
-        violation, objective, gap, _ = residuals(z, z, rows, s, no_slack, u, dual, primal)
+        violation, objective, gap, _ = residuals(z, z, products, s, no_slack, u, dual, primal)
         off = max(gap / objective / gap_tolerance, violation * scale / violation_tolerance)
         if off < TOLERATED_SLOP:
             return z * scale, u * scale, step
@@ -82,40 +94,49 @@ def pivot_from(zone, start, gap_tolerance, violation_tolerance):
     return None
 
 
-def _nearly(inside, slack):
-    """(m,) b1, of the rows outside those with least slack."""
-    outside = np.flatnonzero(~inside)
-    order = np.argsort(slack[outside], kind="stable")
-    chosen = np.zeros(len(inside), bool)
-    chosen[outside[order[: int(NEARLY * np.count_nonzero(inside))]]] = True
+def _nearly_active(active: Flags, slack: Floats) -> Flags:
+    """Return (m,) b1: the inactive constraints with the least slack."""
+    inactive = np.flatnonzero(~active)
+    order = np.argsort(slack[inactive], kind="stable")
+    chosen = np.zeros(len(active), bool)
+    chosen[inactive[order[: int(NEARLY * np.count_nonzero(active))]]] = True
     return chosen
 
 
 class _Pattern:
-    """C_F C_F^T + rho for all subsets F of some rows, (m,) b1."""
+    """The matrices C_F C_F^T + rho for all sets F among some constraints of a zone.
 
-    def __init__(self, zone, rows):
-        self._has, self._rows = rows, np.flatnonzero(rows)
+    They share one sparsity pattern, so that the order of elimination is found once.
+
+    Args:
+        zone: The zone.
+        members: (m,) b1, the constraints that F may contain.
+    """
+
+    def __init__(self, zone: LargeZone, members: Flags) -> None:
+        """Compute the pattern and the values of the matrix of all members."""
+        self._is_member, self._members = members, np.flatnonzero(members)
         entries, self._values = gram_products(
-            zone.nodes[rows], zone.coefficients[rows], zone.normals[rows], zone.n_vertices
+            zone.nodes[members], zone.coefficients[members], zone.normals[members], zone.n_vertices
         )
         self._first, self._second = entries.T
         self._is_diagonal = self._first == self._second
         self._values[self._is_diagonal] += RHO
-        self._factors = SparseCholesky(entries, len(self._rows), 1)
-        self._factored = None
+        self._factors = SparseCholesky(entries, len(self._members), 1)
+        self._factored: Flags | None = None
 
-    def has(self, inside):
-        return self._has[inside].all()
+    def covers(self, active: Flags) -> bool:
+        """Return whether every active constraint, (m,) b1, is a member."""
+        return bool(self._is_member[active].all())
 
-    def solve(self, inside, right):
-        """(m,) f8, u; 0 for rows that are not inside."""
-        chosen = inside[self._rows]
+    def solve(self, active: Flags, right: Floats) -> Multipliers:
+        """Return u, (m,) f8, for F = active, (m,) b1; u is 0 for inactive constraints."""
+        chosen = active[self._members]
         if self._factored is None or (chosen != self._factored).any():
-            kept = chosen[self._first] & chosen[self._second]
-            # the identity for the others
-            self._factors.factorize(np.where(kept, self._values, self._is_diagonal))
+            both = chosen[self._first] & chosen[self._second]
+            # the rows and columns of inactive members become those of the identity
+            self._factors.factorize(np.where(both, self._values, self._is_diagonal))
             self._factored = chosen
         u = np.zeros(len(right))
-        u[self._rows] = self._factors.solve(np.where(chosen, right[self._rows], 0.0))
+        u[self._members] = self._factors.solve(np.where(chosen, right[self._members], 0.0))
         return u

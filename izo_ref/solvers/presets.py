@@ -1,46 +1,58 @@
-"""Parameters of the augmented-Lagrangian methods and of the presets, and where they are from.
+"""Parameters of the augmented-Lagrangian methods and of the presets, and where they come from.
 
-Measured: on `random_problem` of the tests with 4, 16 and 64 impacts and mass ratios 1, 1e3
-and 1e6, to a gap of 1e-9; "steps" are medians there.
+Figures that are called measured come from `random_problem` of the tests (`tests/helpers/shapes.py`)
+with 4, 16 and 64 impacts and mass ratios 1, 1e3 and 1e6, solved to a gap of 1e-9. Numbers of steps
+are medians over these problems.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import Floats
 from izo_ref.base.options import Options
 from izo_ref.solvers.serial import descent as codes
-from izo_ref.solvers.serial.descent import Settings
 from izo_ref.solvers.serial.line_search import BACKTRACKING, EXACT, WOLFE
+from izo_ref.solvers.serial.settings import Settings
 
 LINE_SEARCHES = {"exact": EXACT, "backtracking": BACKTRACKING, "wolfe": WOLFE}
 
 
 class MethodParameters(NamedTuple):
-    """A direction and what suits it.
+    """A descent direction and the parameters that suit it.
 
-    The page gives mu no value that fits all scalings. Rows have unit length here, so one
-    impact alone has C C^T = 1 and L the Hessian 1 + mu along its row.
+    The XRTailor page gives no mu that fits all scalings. Here constraints have rows of unit length.
+    So for one impact alone C C^T is 1, and the Hessian of L along its row is 1 + mu.
 
-    With updates after every step, a step of 1 along the gradient and one impact are a linear
-    map that is stable for mu < 2/3 only; a search that begins at the minimum of the local
-    quadratic model is stable far beyond. Steps of `gradient` at 64 impacts: 1,143 with 0.5
-    over |C C^T|, 293 with 2, 96 with 5, 74 with 10. Zones began to fail with `newton` at 30;
-    `gradient` had not at 10 nor `cg` at 20, but took more steps on the smallest zones.
+    Multipliers updated after every step: for one impact, steps of length 1 along the gradient are a
+    linear map, which is stable only for mu < 2/3. A line search that begins at the minimum of the
+    local quadratic model is stable far beyond that. Measured at 64 impacts, `gradient` takes 1,143
+    steps with mu = 0.5 / |C C^T|, 293 with 2, 96 with 5 and 74 with 10. `newton` began to fail on
+    some zones at 30. `gradient` at 10 and `cg` at 20 did not fail, but they took more steps on the
+    smallest zones.
 
-    After inner solves any mu is stable: a small one makes them short, a large one makes few.
+    Multipliers updated after inner solves: any mu is stable. A small mu makes the inner solves
+    short, a large mu makes them few.
     """
 
-    direction: int
-    preconditioned: bool
-    begin: int  # where line searches begin
+    direction: int  # a code of `serial/descent.py`
+    preconditioned: bool  # by the diagonal of the generalised Hessian
+    begin: int  # where line searches begin, a code of `serial/descent.py`
     wolfe: float  # c_2: 0.1 and 0.9 as in Nocedal and Wright, p. 34
-    mu_every_step: float  # over a bound of |C C^T|; a penalty that grows begins at a tenth
+    mu_every_step: float  # times 1 / (bound of |C C^T|); a penalty that grows begins at a tenth
     mu_inner_solve: float
-    mu_cap: float  # of one that grows, after inner solves
+    mu_cap: float  # largest mu of a penalty that grows, after inner solves
 
-    def penalties(self, options: Options, coupling):
-        """(mu, largest mu) of each zone."""
+    def penalties(self, options: Options, coupling: Floats) -> tuple[Floats, Floats]:
+        """Return mu at the start and the largest mu of each zone.
+
+        Args:
+            options: The method's options.
+            coupling: (n_zones,) f8, a bound of the largest eigenvalue of C C^T.
+
+        Returns:
+            Two arrays, (n_zones,) f8.
+        """
         grown = options.penalty == "grown"
         if options.multiplier_update == "every-step":
             cap = self.mu_every_step / coupling
@@ -51,19 +63,22 @@ class MethodParameters(NamedTuple):
 
 METHOD_PARAMETERS = {
     "gradient": MethodParameters(codes.GRADIENT, False, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
-    # the diagonal is no better than none in scaled variables, and worse with a large mu
+    # In scaled variables the diagonal is no better than no preconditioner, and with a large mu it
+    # is worse.
     "jacobi": MethodParameters(codes.JACOBI, True, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
     "chebyshev": MethodParameters(codes.CHEBYSHEV, True, codes.MODEL, 0.1, 3.0, 3.0, 10.0),
     "cg": MethodParameters(codes.CG, False, codes.MODEL, 0.1, 5.0, 30.0, 1e4),
     "lbfgs": MethodParameters(codes.LBFGS, False, codes.UNIT, 0.9, 10.0, 30.0, 1e4),
-    # 4 to 15 steps with 1e3 on 4 to 4096 impacts; a larger mu is felt by the linear systems
+    # 4 to 15 steps with mu = 1e3 on 4 to 4096 impacts. A larger mu makes the condition of the
+    # linear systems noticeably worse.
     "newton": MethodParameters(codes.NEWTON, False, codes.UNIT, 0.9, 10.0, 1e3, 1e8),
 }
 
 
-# For zones that one thread is too slow for: of the methods here the one that comes to 1e-9 on all
-# families but one (reports/inner.html), in 4 to 88 steps.
-GPU_METHOD = {
+# The method of a GPU for zones that are too large for one thread. Of the augmented-Lagrangian
+# methods, this one reaches 1e-9 on all families of zones but one (reports/inner.html), in 4 to 88
+# steps.
+GPU_METHOD: dict[str, Any] = {
     "method": "newton",
     "line_search": "exact",
     "multiplier_update": "inner-solve",
@@ -73,28 +88,29 @@ GPU_METHOD = {
 
 
 class Preset(NamedTuple):
-    """The parameters of another system (SPEC 4)."""
+    """The parameters of another system (SPEC section 4)."""
 
     method: str
-    by_total_mass: bool  # objective sum m dx^2 / sum m, not 1/2 mean(1/m) sum m dx^2
+    by_total_mass: bool  # objective sum m dx^2 / sum m, instead of 1/2 mean(1/m) sum m dx^2
     mu: float
-    step: float  # first step, and
-    step_per_vertex: float  # times the unpinned vertices, more
-    settings: dict
+    step: float  # the first step of a line search is this ...
+    step_per_vertex: float  # ... plus this for each unpinned vertex of the zone
+    settings: dict[str, Any]  # fields of Settings that differ from FAITHFUL
 
 
-# Where the table of SPEC 4 is silent, chosen here:
-# arcsim: beta of Dai-Yuan and Hestenes-Stiefel, c_1 = 1e-4 and c_2 = 0.1 (Nocedal and Wright,
-#     p. 34), searches that begin at the minimum of the local quadratic model, the norms of
-#     eps_x and eps_g Euclidean, eps_f relative to the largest of |L| before, |L| after and 1,
-#     and an end where an inner solve takes no step.
-# icloth: c_1, shrink and growth as in xrtailor, first step 1, the preconditioner the diagonal
-#     of the generalised Hessian, acceleration after the move and before the multipliers. It
-#     begins anew (omega 1 for ten steps) where the last step points uphill: without a guard,
-#     which [4] wants too, rho = 0.9992 ends 1e7 m and more off on zones of 4 to 16 impacts.
-# xrtailor: nodes are the unpinned vertices of the zone.
-# All: zones begin at the candidate positions with multipliers 0; a search that comes to
-# 1e-12 without the decrease it wants is the last.
+# The table of SPEC section 4 does not say everything. These choices are ours:
+# arcsim: beta is that of Dai-Yuan and Hestenes-Stiefel; c_1 = 1e-4 and c_2 = 0.1 (Nocedal and
+#     Wright, p. 34); line searches begin at the minimum of the local quadratic model; eps_x and
+#     eps_g are compared with Euclidean norms; eps_f is relative to the largest of |L| before the
+#     step, |L| after it, and 1; the method ends if an inner solve takes no step.
+# icloth: c_1, shrink and growth as in xrtailor; the first step is 1; the preconditioner is the
+#     diagonal of the generalised Hessian; the acceleration comes after the move and before the
+#     update of the multipliers. The acceleration begins anew (omega 1 for ten steps) if the last
+#     step points uphill. [4] of SPEC asks for a guard too: without one, rho = 0.9992 ends 1e7 m
+#     and more off on zones of 4 to 16 impacts.
+# xrtailor: the nodes that the first step is multiplied by are the unpinned vertices of the zone.
+# All three: a zone begins at the proposed positions with multipliers 0. The method ends if a line
+# search shrinks its step to 1e-12 without the decrease that it wants.
 FAITHFUL = {
     "line_search": BACKTRACKING,
     "every_step": True,
@@ -120,17 +136,38 @@ PRESETS = {
     "icloth": Preset("chebyshev", True, 1e3, 1.0, 0.0, _ICLOTH),
     "xrtailor": Preset("gradient", False, 1e3, 0.0, 1e-3, _XRTAILOR),
 }
-PRESET_STEPS = 100
+PRESET_STEPS = 100  # largest number of steps of a preset
+
+
+def preset_of(options: Options) -> Preset | None:
+    """Return the preset that the options name, or None."""
+    return None if options.preset is None else PRESETS[options.preset]
 
 
 def choose_settings(options: Options, thickness: float) -> Settings:
-    """Settings of the loop: those of the method, or of the preset where there is one."""
-    preset = PRESETS.get(options.preset)
-    method = METHOD_PARAMETERS[preset.method if preset else options.method]
+    """Return the settings of the loop for a method, or for a preset if the options name one.
+
+    Args:
+        options: The method or the preset, and the tolerances.
+        thickness: [m].
+    """
+    preset = preset_of(options)
+    settings = _settings_of_method(preset.method if preset else options.method, options, thickness)
+    if preset is None:
+        return settings
+    steps = min(PRESET_STEPS, settings.max_steps)
+    return settings._replace(
+        **{**FAITHFUL, "max_steps": steps, "inner_steps": steps, **preset.settings}
+    )
+
+
+def _settings_of_method(name: str, options: Options, thickness: float) -> Settings:
+    """Return the settings of a method that is not a preset."""
+    method = METHOD_PARAMETERS[name]
     every_step = options.multiplier_update == "every-step"
-    # looked at every ten steps or after inner solves, hence the two rates
+    # A penalty is looked at every ten steps, or after each inner solve: hence the two rates.
     growth = (2.0 if every_step else 10.0) if options.penalty == "grown" else 1.0
-    settings = Settings(
+    return Settings(
         direction=method.direction,
         line_search=LINE_SEARCHES[options.line_search],
         every_step=every_step,
@@ -143,27 +180,22 @@ def choose_settings(options: Options, thickness: float) -> Settings:
         smallest_step=1e-12,
         faithful=False,
         max_steps=int(options.max_steps),
-        # half: rounding on the way back to positions has its part
+        # Half of each tolerance. The rest is for the rounding on the way back to positions.
         gap_tolerance=0.5 * options.gap_tolerance,
         violation_m=0.5 * options.violation_tolerance * thickness,
         rounding=float(np.finfo(options.precision).eps) / 2.0,
         inner_steps=int(options.max_steps),
-        inner_accuracy=0.5,  # from 0.1 to 2 the steps differ by less than a fifth
+        inner_accuracy=0.5,  # between 0.1 and 2 the number of steps differs by less than a fifth
         eps_x=-1.0,
         eps_f=-1.0,
         eps_g=0.0,
         penalty_growth=growth,
-        # L has condition numbers of 10 to 30 with the mu of `chebyshev`: (k - 1) / (k + 1)
+        # With the mu of `chebyshev`, L has condition numbers k of 10 to 30, and rho is
+        # (k - 1) / (k + 1).
         delay=1,
         rho=0.9,
-        # of 1e-6, 1e-4, 1e-3 and 1e-2 the fastest on random zones of 64 to 4096 impacts, by a
-        # quarter; 1e-2 takes twice as many steps
+        # Of 1e-6, 1e-4, 1e-3 and 1e-2 this was the fastest, by a quarter, on random zones of 64 to
+        # 4096 impacts. 1e-2 takes twice as many steps.
         linear_tolerance=1e-4,
         linear_steps=2,
-    )
-    if preset is None:
-        return settings
-    steps = min(PRESET_STEPS, settings.max_steps)
-    return settings._replace(
-        **{**FAITHFUL, "max_steps": steps, "inner_steps": steps, **preset.settings}
     )

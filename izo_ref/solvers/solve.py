@@ -1,20 +1,33 @@
-"""Solve zones: pick the method, launch, wrap."""
+"""Solve zones: choose a method for each zone, launch the kernels and collect the answers.
+
+Start reading with `solve_system`. If an augmented-Lagrangian method or a sweep was asked for, it
+hands the whole system to `solvers/augmented_lagrangian.py` or `solvers/sweeps.py`. Otherwise it
+solves the small zones side by side, one thread a zone, and then the large zones one by one
+(`solvers/large_zone.py`).
+"""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import get_num_threads
 
 from izo_ref.base import checks
+from izo_ref.base.arrays import Codes, Flags, Floats, Indices, Ints, Multipliers, Offsets
 from izo_ref.base.devices import implementation
 from izo_ref.base.errors import DeviceUnavailableError
 from izo_ref.base.options import LAGRANGIAN, SWEEPS, Options
-from izo_ref.solvers.augmented_lagrangian import descend, run_on_cpu
+from izo_ref.solvers.augmented_lagrangian import SolveOn, descend, run_on_cpu
 from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.interior_point import FARTHEST
-from izo_ref.solvers.large_zone import LargeZone, solve_large_zone
+from izo_ref.solvers.large_zone import solve_large_zone
 from izo_ref.solvers.presets import GPU_METHOD
-from izo_ref.solvers.scaled_constraints import SystemSolution, scale_constraints
+from izo_ref.solvers.scaled_constraints import (
+    ScaledConstraints,
+    SystemSolution,
+    constraints_of_zone,
+    scale_constraints,
+)
 from izo_ref.solvers.serial.small_zone import (
     ACTIVE_SET,
     BLOCK_PIVOT,
@@ -26,104 +39,124 @@ from izo_ref.solvers.sweeps import sweep
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.zones.system import ZoneSystem, problem_system
 
-INTERIOR_POINT = 3
+# The name of a method, by its code. The first three codes are those of `serial/small_zone.py`.
 METHOD_NAMES = np.array(
     ["closed-form", "block-pivot", "active-set", "interior-point", "apgs", "pivoting"]
 )
-# Some 5 ns each: a zone of n impacts is n (n + 60) of them, or a little more.
+INTERIOR_POINT = 3
+# The small zones of a system are solved on the calling thread up to this much work. A zone of n
+# impacts counts as n (n + 60) units, or a little more, and a unit takes some 5 ns. So a launch
+# over all threads pays off from some 100 us of work on.
 SERIAL_WORK = 20_000
 
 
+class _Answers(NamedTuple):
+    """Answers for all zones of a system, in scaled variables. The solvers write the arrays."""
+
+    multipliers: Multipliers  # (n_impacts,) f8 [m kg^1/2], of the constraints of unit length
+    z: Floats  # (n_vertices, 3) f8 [m kg^1/2], 0 for pinned vertices
+    active: Flags  # (n_impacts,) b1
+    methods: Codes  # (n_zones,) i1, the last method that was tried, an index into METHOD_NAMES
+    solved: Flags  # (n_zones,) b1
+    steps: Ints  # (n_zones,) i4
+
+
 def solve_system(
-    system: ZoneSystem, options: Options, trace: bool = False, start=None, device: str = "cpu"
+    system: ZoneSystem,
+    options: Options,
+    trace: bool = False,
+    start: Multipliers | None = None,
+    device: str = "cpu",
 ) -> SystemSolution:
-    """Solve every zone of a system; small ones one a thread, large ones one by one.
+    """Solve every zone of a system: small zones one a thread, then large zones one by one.
 
     Args:
-        system: `ZoneSystem`.
-        options: `Options`.
-        trace: whether the solution says objective and violation after each step.
-        start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 where there is none.
-        device: `cpu`, or `cuda`, where `auto` is `newton`.
+        system: The zones.
+        options: The method and the tolerances.
+        trace: Whether to record the objective and the violation of the first zone after each
+            step. The augmented-Lagrangian methods and the sweeps can do so.
+        start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 for impacts that it did
+            not have.
+        device: `cpu` or `cuda`. With `cuda`, the method `auto` is `newton`.
+
+    Returns:
+        The solution; `feasible` is False for zones that were not solved.
 
     Raises:
-        OptionError, DeviceUnavailableError.
+        OptionError: `device` has another value.
+        DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
     """
-    rows = scale_constraints(system)
+    constraints = scale_constraints(system)
     if checks.device(device) == "cuda":
-        options, solve = _of_device(options)
-        return descend(system, options, rows, trace, solve)
+        options, solve_on_gpu = _choose_gpu_method(options)
+        return descend(system, options, constraints, trace, solve_on_gpu)
     if options.method in LAGRANGIAN or options.preset is not None:
-        return descend(system, options, rows, trace)
+        return descend(system, options, constraints, trace)
     if options.method in SWEEPS:
-        return sweep(system, options, rows, trace)
-    n_zones = len(system.impact_offsets) - 1
+        return sweep(system, options, constraints, trace)
+    answers = _solve_small_zones(system, options, constraints)
+    # The interior point takes the zones that are not solved so far: neither the size of a zone
+    # nor dependent constraints hinder it, and it judges better what is infeasible.
+    if options.method in ("auto", "interior-point"):
+        for zone in np.flatnonzero(~answers.solved).tolist():
+            _solve_large_zone(system, options, constraints, zone, start, answers)
+    solved = answers.solved
+    if constraints.hopeless.any():
+        solved &= ~np.logical_or.reduceat(constraints.hopeless, system.impact_offsets[:-1])
+    displacements = (1.0 / np.sqrt(system.masses))[:, None] * answers.z
+    return SystemSolution(
+        system.proposed + displacements,
+        displacements,
+        answers.multipliers / constraints.lengths,
+        answers.active,
+        solved,
+        answers.steps,
+        METHOD_NAMES[answers.methods],
+    )
+
+
+def _solve_small_zones(
+    system: ZoneSystem, options: Options, constraints: ScaledConstraints
+) -> _Answers:
+    """Solve the small zones in one launch, one thread a zone; large zones count as unsolved."""
+    n_zones, n_impacts = len(system.impact_offsets) - 1, len(system.nodes)
+    multipliers, z = np.empty(n_impacts), np.zeros((len(system.proposed), 3))
+    methods, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
+    steps = np.zeros(n_zones, np.int32)
+    zones, first_tried = _choose_small_zones(system, options)
+    sizes = np.diff(system.impact_offsets)[zones]
+    is_little = (sizes * (sizes + 60)).sum() <= SERIAL_WORK
+    on_one_thread = is_little and "small-launches" in options.rules
+    kernel = kernels.solve_small_zones.alone if on_one_thread else kernels.solve_small_zones
+    n_slots = 1 if on_one_thread else get_num_threads()
+    number_starts, index_starts = _divide_work_space(system, zones, n_slots)
     violation_m = options.violation_tolerance * system.thickness
-    limits = Limits(options.gap_tolerance, violation_m, FARTHEST)
-    codes, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
-    scaled, steps = np.empty(len(rows.rhs)), np.zeros(n_zones, np.int32)
-    z = np.zeros((len(system.proposed), 3))
-    small, first_tried = _small_zones(system, options)
-    # a launch over all threads pays from some 100 us of work on
-    sizes = np.diff(system.impact_offsets)[small]
-    work = (sizes * (sizes + 60)).sum()
-    few = work <= SERIAL_WORK and "small-launches" in options.rules
-    kernel = kernels.solve_small_zones.alone if few else kernels.solve_small_zones
-    n_slots = 1 if few else get_num_threads()
-    number_starts, index_starts = _slots(system, small, n_slots)
     kernel(
-        small,
+        zones,
         first_tried,
         system.impact_offsets,
         system.vertex_offsets,
-        rows.unknowns,
-        rows.coefficients,
+        constraints.unknowns,
+        constraints.coefficients,
         system.normals,
-        rows.rhs,
-        rows.lengths,
-        limits,
+        constraints.rhs,
+        constraints.lengths,
+        Limits(options.gap_tolerance, violation_m, FARTHEST),
         number_starts,
         index_starts,
-        scaled,
+        multipliers,
         z.ravel(),
-        codes,
+        methods,
         solved,
         steps,
         np.empty(number_starts[-1]),
         np.empty(index_starts[-1], np.int32),
     )
-    # what is not solved so far: the interior point minds neither size nor dependent rows, and
-    # judges better what is infeasible
-    large = ~solved & (options.method in ("auto", "interior-point"))
-    active = scaled > 0.0
-    for zone in np.flatnonzero(large):
-        codes[zone], solved[zone] = _solve_large(
-            system, options, rows, zone, start, z, scaled, active, steps
-        )
-    if rows.hopeless.any():
-        solved &= ~np.logical_or.reduceat(rows.hopeless, system.impact_offsets[:-1])
-    displacements = (1.0 / np.sqrt(system.masses))[:, None] * z
-    return SystemSolution(
-        system.proposed + displacements,
-        displacements,
-        scaled / rows.lengths,
-        active,
-        solved,
-        steps,
-        METHOD_NAMES[codes],
-    )
+    return _Answers(multipliers, z, multipliers > 0.0, methods, solved, steps)
 
 
-def _slots(system, zones, n_slots):
-    """Where the work space of each slot begins: each has room for any of the zones."""
-    sizes, vertices = np.diff(system.impact_offsets), np.diff(system.vertex_offsets)
-    most = sizes[zones].max(initial=0), vertices[zones].max(initial=0)
-    numbers, indices = work_of_small_zone(*most)
-    return numbers * np.arange(n_slots + 1), indices * np.arange(n_slots + 1)
-
-
-def _small_zones(system, options):
-    """The zones for one thread each, and the method to begin with."""
+def _choose_small_zones(system: ZoneSystem, options: Options) -> tuple[Indices, Codes]:
+    """Return the zones that take one thread each, and the method to try first for each."""
     sizes = np.diff(system.impact_offsets)
     if options.method == "active-set":
         return np.arange(len(sizes)), np.full(len(sizes), ACTIVE_SET, np.int8)
@@ -134,61 +167,76 @@ def _small_zones(system, options):
     return small, np.where(single, CLOSED_FORM, BLOCK_PIVOT).astype(np.int8)
 
 
-def _solve_large(system, options, rows, zone, start, z, scaled, active, steps):
-    """One zone on its own; writes its part of the arrays, returns method and solved."""
+def _divide_work_space(system: ZoneSystem, zones: Indices, n_slots: int) -> tuple[Offsets, Offsets]:
+    """Return where the numbers and the indices of each slot begin in the work space.
+
+    A slot solves one zone after the other, so each slot has room for any of the zones.
+    """
+    sizes, vertices = np.diff(system.impact_offsets), np.diff(system.vertex_offsets)
+    most = sizes[zones].max(initial=0), vertices[zones].max(initial=0)
+    numbers, indices = work_of_small_zone(*most)
+    return numbers * np.arange(n_slots + 1), indices * np.arange(n_slots + 1)
+
+
+def _solve_large_zone(
+    system: ZoneSystem,
+    options: Options,
+    constraints: ScaledConstraints,
+    zone: int,
+    start: Multipliers | None,
+    answers: _Answers,
+) -> None:
+    """Solve one zone on its own and write its part of the answers."""
     own = slice(*system.impact_offsets[zone : zone + 2])
     vertices = slice(*system.vertex_offsets[zone : zone + 2])
-    if not rows.rhs[own].max() > 0.0:
-        z[vertices], scaled[own], active[own] = 0.0, 0.0, False
-        return INTERIOR_POINT, True
-    local = np.where(rows.unknowns[own] < 0, -1, rows.unknowns[own] - vertices.start)
-    large = LargeZone(
-        local,
-        rows.coefficients[own],
-        system.normals[own],
-        rows.rhs[own],
-        rows.lengths[own],
-        int(vertices.stop - vertices.start),
-    )
-    known = np.zeros(len(large.rhs)) if start is None else start[own] * large.lengths
-    solution, scaled[own], method, steps[zone], solved = solve_large_zone(
+    rhs = constraints.rhs[own]
+    if not rhs.max() > 0.0:  # the proposed positions satisfy every constraint
+        answers.z[vertices], answers.multipliers[own], answers.active[own] = 0.0, 0.0, False
+        answers.methods[zone], answers.solved[zone] = INTERIOR_POINT, True
+        return
+    large = constraints_of_zone(system, constraints, zone)
+    solution = solve_large_zone(
         large,
-        known,
+        np.zeros(len(rhs)) if start is None else start[own] * large.lengths,
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
         options.method == "interior-point",
     )
-    active[own] = scaled[own] > large.times(solution) - rows.rhs[own]
-    z[vertices] = solution.reshape(-1, 3)
-    if (rows.unknowns[own] >= 0).all():
-        _keep_centre(z[vertices], np.sqrt(system.masses[vertices]))
-    return np.flatnonzero(method == METHOD_NAMES)[0], solved
+    multipliers = solution.multipliers
+    answers.multipliers[own], answers.steps[zone] = multipliers, solution.steps
+    answers.active[own] = multipliers > large.times(solution.z) - rhs
+    answers.z[vertices] = solution.z.reshape(-1, 3)
+    if (constraints.unknowns[own] >= 0).all():
+        _keep_centre(answers.z[vertices], np.sqrt(system.masses[vertices]))
+    answers.methods[zone] = METHOD_NAMES.tolist().index(solution.method)
+    answers.solved[zone] = solution.solved
 
 
-def _keep_centre(z, sqrt_masses):
-    """Take out the translation of a zone without pinned vertices.
+def _keep_centre(z: Floats, sqrt_masses: Floats) -> None:
+    """Remove the translation of a zone whose impacts have no pinned vertex, in place.
 
-    Weights sum to zero, so the optimum leaves the centre of mass where it is, and a
-    translation changes no gap: what the factorisation's rounding put there can go.
+    The weights of an impact sum to zero. So the optimum leaves the centre of mass where it is,
+    and a translation changes no gap. What translation there is comes from the rounding of the
+    factorisation.
     """
     for _ in range(2):
         moment = (z * sqrt_masses[:, None]).sum(axis=0)
         z -= moment * (sqrt_masses / (sqrt_masses**2).sum())[:, None]
 
 
-def _of_device(options):
-    """Options with the method that a GPU has for `auto`, and what runs its kernel."""
+def _choose_gpu_method(options: Options) -> tuple[Options, SolveOn]:
+    """Return options in which a GPU's method replaces `auto`, and the function that runs it."""
     if options.method not in ("auto", *LAGRANGIAN) and options.preset is None:
         raise DeviceUnavailableError(
-            f"device 'cuda': method {options.method!r} is of the processor; a GPU has "
+            f"device 'cuda': method {options.method!r} runs on the CPU only; a GPU runs "
             f"{', '.join(LAGRANGIAN)} and the presets"
         )
-    solve = implementation(
+    solve_on_gpu = implementation(
         "cuda", run_on_cpu, "izo_ref.solvers.gpu_augmented_lagrangian:run_on_gpu"
     )
     if options.method == "auto" and options.preset is None:
         options = replace(options, **GPU_METHOD)
-    return options, solve
+    return options, solve_on_gpu
 
 
 def solve_zone(
@@ -207,27 +255,31 @@ def solve_zone(
 ) -> ZoneSolution:
     """Solve one zone problem.
 
+    `Options` describes the methods and the options of the augmented-Lagrangian methods in full.
+
     Args:
-        problem: `ZoneProblem`.
+        problem: The zone problem.
         method: `auto`, `active-set`, `interior-point`, `pgs`, `apgs`, `gradient`, `jacobi`,
-            `chebyshev`, `cg`, `lbfgs`, `newton`; see `Options`, also for what follows.
-        line_search: `exact`, `backtracking`, `wolfe`.
-        tolerance: relative duality gap, and violation over the thickness.
-        preset: `arcsim`, `icloth`, `xrtailor`: that system's method and parameters.
-        multiplier_update: `every-step`, `inner-solve`.
-        penalty: `fixed`, `grown`.
-        max_steps: [steps] of an augmented-Lagrangian method, or sweeps.
-        precision: `float64`, `float32`.
-        trace: whether the solution says objective and violation after each step; the
-            augmented-Lagrangian methods and sweeps can.
-        device: `cpu`, or `cuda` for an augmented-Lagrangian method or a preset; `auto` is
-            `newton` there.
+            `chebyshev`, `cg`, `lbfgs` or `newton`.
+        line_search: `exact`, `backtracking` or `wolfe`.
+        tolerance: Largest relative duality gap, and largest violation as a fraction of the
+            thickness.
+        preset: `arcsim`, `icloth` or `xrtailor`: the method and the parameters of that system.
+        multiplier_update: `every-step` or `inner-solve`.
+        penalty: `fixed` or `grown`.
+        max_steps: Largest number of steps of an augmented-Lagrangian method, or of sweeps.
+        precision: `float64` or `float32`.
+        trace: Whether to record the objective and the violation after each step. The
+            augmented-Lagrangian methods and the sweeps can do so.
+        device: `cpu`, or `cuda` for an augmented-Lagrangian method or a preset. With `cuda`,
+            the method `auto` is `newton`.
 
     Returns:
-        `ZoneSolution`; its residuals are computed outside the solver.
+        The solution. Its residuals are computed outside the solver.
 
     Raises:
-        OptionError, DeviceUnavailableError.
+        OptionError: An option has a value that is not offered.
+        DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
 
     Source: SPEC sections 3 to 5.
     """

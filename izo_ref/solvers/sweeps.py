@@ -1,4 +1,4 @@
-"""Projected Gauss-Seidel on a system of zones: launch and wrap."""
+"""Projected Gauss-Seidel on a system of zones: scale, launch, scale back."""
 
 import numpy as np
 
@@ -9,30 +9,35 @@ from izo_ref.zones.system import ZoneSystem
 
 
 def sweep(
-    system: ZoneSystem, options: Options, rows: ScaledConstraints, trace: bool = False
+    system: ZoneSystem, options: Options, constraints: ScaledConstraints, trace: bool = False
 ) -> SystemSolution:
-    """Sweeps over the multipliers of each zone, in the precision of the options.
+    """Solve every zone by sweeps over its multipliers, in the precision of the options.
 
-    With `trace` the solution has that of the first zone.
+    Args:
+        system: The zones.
+        options: The method, `pgs` or `apgs`, and the tolerances.
+        constraints: The constraints of the system in scaled variables.
+        trace: Whether to record the objective and the violation of the first zone.
     """
-    n_free, n_zones = system.vertex_offsets[-1], len(system.impact_offsets) - 1
+    n_unpinned, n_zones = system.vertex_offsets[-1], len(system.impact_offsets) - 1
     begin, per_impact = system.impact_offsets[:-1], np.diff(system.impact_offsets)
-    # each zone in units of its largest rhs, so that float32 has its whole range
-    largest = np.maximum.reduceat(np.abs(rows.rhs), begin)
+    # each zone is in units of its largest rhs, so that float32 has its whole range
+    largest = np.maximum.reduceat(np.abs(constraints.rhs), begin)
     largest[largest == 0.0] = 1.0  # satisfied to the last bit: any unit will do
     by_impact = np.repeat(largest, per_impact)
     dtype = np.dtype(options.precision)
-    z, multipliers = np.zeros((n_free, 3), dtype), np.zeros(len(rows.rhs), dtype)
+    z = np.zeros((n_unpinned, 3), dtype)
+    multipliers = np.zeros(len(constraints.rhs), dtype)
     steps = np.zeros(n_zones, np.int32)
     traces = np.zeros((n_zones, options.max_steps if trace else 0, 2))
     kernels.solve_sweeps(
         system.impact_offsets,
         system.vertex_offsets,
-        rows.unknowns,
-        rows.coefficients.astype(dtype),
+        constraints.unknowns,
+        constraints.coefficients.astype(dtype),
         system.normals.astype(dtype),
-        (rows.rhs / by_impact).astype(dtype),
-        by_impact * rows.lengths,
+        (constraints.rhs / by_impact).astype(dtype),
+        by_impact * constraints.lengths,
         options.method == "apgs",
         options.max_steps,
         options.gap_tolerance,
@@ -44,15 +49,15 @@ def sweep(
     )
     displacements = np.zeros_like(system.proposed)
     per_vertex = np.diff(system.vertex_offsets)
-    scale = np.repeat(largest, per_vertex) / np.sqrt(system.masses[:n_free])
-    displacements[:n_free] = scale[:, None] * z
-    multipliers = by_impact / rows.lengths * multipliers
+    scale = np.repeat(largest, per_vertex) / np.sqrt(system.masses[:n_unpinned])
+    displacements[:n_unpinned] = scale[:, None] * z
+    multipliers = by_impact / constraints.lengths * multipliers
     return SystemSolution(
         system.proposed + displacements,
         displacements,
         multipliers,
         multipliers > 0.0,
-        ~np.logical_or.reduceat(rows.hopeless, begin),
+        ~np.logical_or.reduceat(constraints.hopeless, begin),
         steps,
         np.full(n_zones, options.method),
         traces[0, : steps[0]] * (largest[0] ** 2, 1.0) if trace else None,

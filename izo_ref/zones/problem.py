@@ -1,31 +1,57 @@
 """The zone problem, its solution, and the residuals that judge every solver."""
 
+from __future__ import annotations
+
 import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from izo_ref.base import checks
+from izo_ref.base.arrays import Floats, Multipliers, Positions
 
 
 class ZoneProblem:
     """Minimise 1/2 sum_i m_i |x_i - y_i|^2 subject to N_j . sum_k a_jk x[nodes_jk] >= d.
 
     Args:
-        nodes: (n_impacts, 4) indices into proposed.
-        weights: (n_impacts, 4), a.
-        normals: (n_impacts, 3), N.
+        nodes: (n_impacts, 4) integers, the vertices of each impact as indices into `proposed`.
+        weights: (n_impacts, 4), the weights a.
+        normals: (n_impacts, 3), the normals N.
         proposed: (n, 3) [m], the proposed positions y.
-        masses: (n,) [kg], m > 0; infinite for a pinned vertex, which stays at its target.
-        thickness: [m], d > 0.
+        masses: (n,) [kg], the masses m > 0. A pinned vertex has an infinite mass and stays at its
+            proposed position.
+        thickness: The thickness d > 0 [m].
+
+    Attributes:
+        nodes: (n_impacts, 4) i4.
+        weights: (n_impacts, 4) f8.
+        normals: (n_impacts, 3) f8.
+        proposed: (n, 3) f8 [m].
+        masses: (n,) f8 [kg].
+        thickness: The thickness [m].
 
     Raises:
-        ShapeError, NonFiniteError, IndexRangeError, MassError, ThicknessError.
+        ShapeError: An array has the wrong shape or type.
+        NonFiniteError: A number other than a mass is NaN or infinite.
+        IndexRangeError: An index points at no vertex.
+        MassError: A mass is not positive.
+        ThicknessError: The thickness is not a positive, finite number.
 
     Source: SPEC sections 1 and 5.
     """
 
-    def __init__(self, nodes, weights, normals, proposed, masses, thickness):
+    def __init__(
+        self,
+        nodes: ArrayLike,
+        weights: ArrayLike,
+        normals: ArrayLike,
+        proposed: ArrayLike,
+        masses: ArrayLike,
+        thickness: float,
+    ) -> None:
+        """Copy and check the arrays."""
         self.proposed = checks.floats("proposed", proposed, (None, 3))
         k = len(self.proposed)
         self.nodes = checks.indices("nodes", nodes, 4, k)
@@ -36,19 +62,34 @@ class ZoneProblem:
         self.thickness = checks.thickness(thickness)
 
     @property
-    def inverse_sqrt_masses(self):
-        """(n,) f8 [kg^-1/2], 0 for pinned vertices."""
+    def inverse_sqrt_masses(self) -> Floats:
+        """(n,) f8 [kg^-1/2], 1 / sqrt(m); 0 for pinned vertices."""
         return 1.0 / np.sqrt(self.masses)
 
-    def gaps(self, positions):
-        """(n_impacts,) f8 [m], frozen gap less the thickness; negative is a violation."""
-        # relative to the first node: weights sum to zero, and far off less is rounded away
+    def gaps(self, positions: Positions) -> Floats:
+        """Return how far each constraint is satisfied.
+
+        Args:
+            positions: (n, 3) f8 [m], end positions.
+
+        Returns:
+            (n_impacts,) f8 [m], frozen gap less the thickness; negative is a violation.
+        """
+        # Positions relative to the first node give the same gap, because the weights sum to zero,
+        # and far from the origin they lose less to rounding.
         relative = positions[self.nodes] - positions[self.nodes[:, :1]]
         points = np.einsum("jk,jkx->jx", self.weights, relative)
         return np.einsum("jx,jx->j", self.normals, points) - self.thickness
 
-    def pull(self, multipliers):
-        """(n, 3) f8 [kg m], A^T multipliers: sum_j a_ji N_j l_j."""
+    def pull(self, multipliers: Multipliers) -> Floats:
+        """Compute A^T l: for each vertex i, sum_j a_ji N_j l_j.
+
+        Args:
+            multipliers: (n_impacts,) f8 [kg], the multipliers l.
+
+        Returns:
+            (n, 3) f8 [kg m].
+        """
         forces = np.zeros_like(self.proposed)
         terms = self.weights[:, :, None] * (multipliers[:, None] * self.normals)[:, None, :]
         np.add.at(forces, self.nodes.ravel(), terms.reshape(-1, 3))
@@ -56,48 +97,77 @@ class ZoneProblem:
 
 
 class Residuals(NamedTuple):
-    """How far (positions, multipliers) are from the optimum; +inf where undefined.
+    """How far positions and multipliers are from the optimum of a zone.
 
-    With objective p = 1/2 sum m |x - y|^2, rows A and multipliers l of A x >= d:
+    The objective is p = 1/2 sum m |x - y|^2; the multipliers l belong to the constraints A x >= d.
+    A residual is +inf where it is undefined.
+
+    Attributes:
+        violation_m: Largest d - A x, or 0 if no constraint is violated [m].
+        violation: `violation_m` divided by the thickness.
+        dual_violation: Largest -l divided by the largest |l|.
+        stationarity: |M (x - y) - A^T l| divided by |M (x - y)|, in the norm of M^-1.
+        complementarity: sum l |A x - d| divided by p.
+        gap: Duality gap divided by p.
+        violation_floor: Largest `violation` that rounding x to floats alone can cause.
+        gap_floor: Largest `gap` that rounding x to floats alone can cause.
     """
 
-    violation_m: float  # [m], largest d - A x
-    violation: float  # violation_m over the thickness
-    dual_violation: float  # largest -l over the largest |l|
-    stationarity: float  # |M (x - y) - A^T l| over |M (x - y)|, in the norm of M^-1
-    complementarity: float  # sum l |A x - d| over p
-    gap: float  # duality gap over p
-    violation_floor: float  # what rounding x to floats alone can make of the violation
-    gap_floor: float  # and of the gap
+    violation_m: float
+    violation: float
+    dual_violation: float
+    stationarity: float
+    complementarity: float
+    gap: float
+    violation_floor: float
+    gap_floor: float
 
-    def solved(self, gap_tolerance, violation_tolerance):
-        """Whether gap and violation are within tolerance, or within rounding of x."""
+    def solved(self, gap_tolerance: float, violation_tolerance: float) -> bool:
+        """Return whether gap and violation are within tolerance, or within the rounding of x.
+
+        Args:
+            gap_tolerance: Largest relative duality gap.
+            violation_tolerance: Largest violation, as a fraction of the thickness.
+        """
         return self.gap <= max(gap_tolerance, self.gap_floor) and self.feasible(violation_tolerance)
 
-    def feasible(self, violation_tolerance):
-        """Whether the violation is within tolerance, or within rounding of x."""
+    def feasible(self, violation_tolerance: float) -> bool:
+        """Return whether the violation is within tolerance, or within the rounding of x.
+
+        Args:
+            violation_tolerance: Largest violation, as a fraction of the thickness.
+        """
         return self.violation <= max(violation_tolerance, self.violation_floor)
 
 
-def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
-    """Judge a solution without asking the solver.
+def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multipliers) -> Residuals:
+    """Judge positions and multipliers of a zone without asking the solver.
 
-    The gap of p(x) over the dual function at l+ = max(l, 0) is, for any x and l,
-    1/2 |M (x - y) - A^T l+|^2 + l+ . (A x - d), the norm in M^-1: written so, nothing
-    cancels. The second term is taken with |A x - d|, so a violation cannot hide a gap.
+    The gap between p(x) and the dual function at l+ = max(l, 0) is, for any x and l,
+    1/2 |M (x - y) - A^T l+|^2 + l+ . (A x - d), with the norm of M^-1. In this form nothing
+    cancels. The second term is computed with |A x - d|, so that a violation cannot hide a gap.
 
-    The floors: each coordinate of x is a float, off by up to u |x|, and so is each product
-    in a gap; with weights of 2 in all, a gap is off by up to 8 u |x| |N|_1, taken with the
-    largest coordinate and sqrt 3. Far from the origin that is more than any tolerance.
+    The floors: each coordinate of x is a float, with an error of up to u |x|, where u = 2^-53. Each
+    product in a frozen gap has such an error, too. The absolute weights sum to 2, so a frozen gap
+    has an error of up to 8 u |x| |N|_1. The bound uses the largest coordinate for |x| and sqrt 3
+    for |N|_1. Far from the origin that is more than any tolerance.
+
+    Args:
+        problem: The zone problem.
+        positions: (n, 3) f8 [m], the positions x.
+        multipliers: (n_impacts,) f8 [kg], the multipliers l.
+
+    Returns:
+        The residuals.
 
     Source: SPEC section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
     """
     if not (np.isfinite(positions).all() and np.isfinite(multipliers).all()):
         return Residuals(*[math.inf] * 6, violation_floor=0.0, gap_floor=0.0)
     scale = problem.inverse_sqrt_masses[:, None]
-    free = scale[:, 0] > 0.0
+    unpinned = scale[:, 0] > 0.0
     moved = np.zeros_like(problem.proposed)
-    moved[free] = (positions - problem.proposed)[free] / scale[free]
+    moved[unpinned] = (positions - problem.proposed)[unpinned] / scale[unpinned]
     objective = 0.5 * float(np.sum(moved**2))
     slack = problem.gaps(positions)
     clamped = np.maximum(multipliers, 0.0)
@@ -120,24 +190,36 @@ def residuals(problem: ZoneProblem, positions, multipliers) -> Residuals:
     )
 
 
-def _ratio(value, scale):
+def _ratio(value: float, scale: float) -> float:
+    """Return value / scale; with a scale of 0, return 0 for the value 0, else infinity."""
     if scale > 0.0:
         return value / scale
     return 0.0 if value == 0.0 else math.inf
 
 
 class ZoneSolution(NamedTuple):
-    """What a solver returns; `residuals` are computed outside of it."""
+    """What a solver returns for one zone; the residuals are computed outside of the solver.
 
-    positions: np.ndarray  # (n, 3) f8 [m]
-    # (n, 3) f8 [m], from the proposed positions. A heavy vertex moves by less than its position can
-    # say: at a mass ratio of 1e12 the rounding of positions is 1e-10 of the whole answer.
-    displacements: np.ndarray
-    multipliers: np.ndarray  # (n_impacts,) f8 [kg], of 1/2 sum m |x - y|^2
+    Attributes:
+        positions: (n, 3) f8 [m].
+        displacements: (n, 3) f8 [m], positions less the proposed positions, known more exactly
+            than from the positions: a heavy vertex may move by less than the rounding of its
+            position. At a mass ratio of 1e12 the rounding of positions is 1e-10 of the whole
+            answer.
+        multipliers: (n_impacts,) f8 [kg], for the objective 1/2 sum m |x - y|^2.
+        residuals: Residuals of the positions and multipliers.
+        method: The method that solved the zone.
+        iterations: Number of its iterations.
+        feasible: False if the solver showed that no positions satisfy the constraints.
+        trace: (n_steps, 2) f8, after each step the objective 1/2 sum m |x - y|^2 [kg m^2] and the
+            largest violation [m]. None if it was not asked for, or if the method keeps none.
+    """
+
+    positions: Positions
+    displacements: Floats
+    multipliers: Multipliers
     residuals: Residuals
     method: str
     iterations: int
-    feasible: bool  # False: the solver showed that nothing satisfies the constraints
-    # (steps, 2) f8, after each step the objective 1/2 sum m |x - y|^2 [kg m^2] and the largest
-    # violation [m]; None if it was not asked for or the method keeps none
-    trace: np.ndarray | None = None
+    feasible: bool
+    trace: Floats | None = None

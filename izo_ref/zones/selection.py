@@ -1,24 +1,30 @@
-"""Which of the impacts found enter the zones (SPEC section 6)."""
+"""Select which of the impacts found enter the zones (SPEC section 6)."""
+
+from __future__ import annotations
 
 import numpy as np
 
+from izo_ref.base.arrays import Flags
 from izo_ref.base.records import Impacts
 from izo_ref.zones.serial.selection import select_in_order
 
 
-def select_impacts(impacts: Impacts, pinned, selection: str) -> np.ndarray:
-    """(n,) b1, the impacts to keep.
+def select_impacts(impacts: Impacts, pinned: Flags, selection: str) -> Flags:
+    """Select the impacts that enter the zones.
 
-    A pair that meets late on a path which an earlier impact will deflect is a half-space
-    too many: fewer impacts end closer to the candidate positions, and take more
-    iterations.
+    A pair that meets late, on a path which an earlier impact will deflect, may be a constraint
+    that is not needed. With fewer impacts the answer is closer to the proposed positions, and the
+    loop takes more iterations.
 
     Args:
-        impacts: `Impacts`; equal times are taken in the order given.
+        impacts: The impacts found; those with equal times are taken in the order given.
         pinned: (n_vertices,) b1.
-        selection: `independent`: by time, those that share no free vertex with one taken
-            before; `first-of-any`: the earliest for at least one of their free vertices;
-            `all`.
+        selection: `independent` takes impacts in the order of their times, and none that shares an
+            unpinned vertex with one taken before. `first-of-any` takes an impact if it is the
+            earliest for at least one of its unpinned vertices. `all` takes all.
+
+    Returns:
+        (n_impacts,) b1, the impacts to keep.
     """
     if selection == "all":
         return np.ones(len(impacts.toi), bool)

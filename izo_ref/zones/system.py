@@ -1,24 +1,42 @@
-"""Zone problems, one on its own and many side by side."""
+"""Zone problems: one on its own, and many side by side."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import Indices, Masses, Nodes, Normals, Offsets, Positions, Weights
 from izo_ref.base.ranges import members
-from izo_ref.base.records import Impacts
+from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.problem import ZoneProblem
 
 
-def zone_problem(scene, impacts: Impacts, zones: Zones, zone: int, thickness: float) -> ZoneProblem:
-    """The problem of one zone on its own; pinned vertices enter with infinite mass."""
-    part = impacts.take(zones.impacts_of(zone))
-    vertices, nodes = np.unique(part.nodes, return_inverse=True)
+def zone_problem(
+    scene: SceneArrays, impacts: Impacts, zones: Zones, zone: int, thickness: float
+) -> ZoneProblem:
+    """Return the problem of one zone on its own; its pinned vertices have infinite masses.
+
+    Args:
+        scene: The scene, with the proposed positions, the masses and the pinned vertices.
+        impacts: Impacts of the scene.
+        zones: The zones of these impacts.
+        zone: Number of the zone, from 0.
+        thickness: Distance that impacts keep at the end [m].
+
+    Returns:
+        The problem. Its impacts are `zones.impacts_of(zone)`, and its vertices are all vertices
+        of these impacts, ascending.
+    """
+    own = impacts.take(zones.impacts_of(zone))
+    vertices, nodes = np.unique(own.nodes, return_inverse=True)
     masses = np.where(scene.pinned[vertices], np.inf, scene.masses[vertices])
     return ZoneProblem(
         nodes.reshape(-1, 4).astype(np.int32),
-        part.weights,
-        part.normals,
+        own.weights,
+        own.normals,
         scene.positions_t1[vertices],
         masses,
         thickness,
@@ -26,52 +44,60 @@ def zone_problem(scene, impacts: Impacts, zones: Zones, zone: int, thickness: fl
 
 
 class ZoneSystem(NamedTuple):
-    """Zones side by side, ready for the kernels. Vertices are local to the system."""
+    """Zones side by side, ready for the kernels; vertices are local to the system."""
 
-    impact_offsets: np.ndarray  # (n_zones + 1,) i8
-    vertex_offsets: np.ndarray  # (n_zones + 1,) i8, unpinned vertices only
-    nodes: np.ndarray  # (n_impacts, 4) i4, zone by zone
-    weights: np.ndarray  # (n_impacts, 4) f8
-    normals: np.ndarray  # (n_impacts, 3) f8
-    proposed: np.ndarray  # (n_vertices, 3) f8 [m], unpinned zone by zone, then pinned ones
-    masses: np.ndarray  # (n_vertices,) f8 [kg], infinite for pinned
+    impact_offsets: Offsets  # (n_zones + 1,) i8
+    vertex_offsets: Offsets  # (n_zones + 1,) i8, unpinned vertices only
+    nodes: Nodes  # (n_impacts, 4) i4, zone by zone
+    weights: Weights  # (n_impacts, 4) f8
+    normals: Normals  # (n_impacts, 3) f8
+    proposed: Positions  # (n_vertices, 3) f8 [m], unpinned vertices zone by zone, then pinned ones
+    masses: Masses  # (n_vertices,) f8 [kg], infinite for pinned vertices
     thickness: float  # [m]
 
 
-def zone_system(scene, impacts: Impacts, zones: Zones, chosen, thickness: float) -> ZoneSystem:
-    """The problems of some zones side by side.
+def zone_system(
+    scene: SceneArrays, impacts: Impacts, zones: Zones, chosen: Indices, thickness: float
+) -> ZoneSystem:
+    """Return the problems of some zones side by side.
+
+    Args:
+        scene: The scene, with the proposed positions, the masses and the pinned vertices.
+        impacts: Impacts of the scene.
+        zones: The zones of these impacts.
+        chosen: (n,) i8, numbers of the zones, ascending.
+        thickness: Distance that impacts keep at the end [m].
 
     Returns:
-        `ZoneSystem`; its impacts and unpinned vertices are those of the zones, in order.
+        The system; its impacts and unpinned vertices are those of the zones, in order.
     """
     own_impacts, impact_offsets = members(zones.impacts, zones.impact_offsets, chosen)
-    free, vertex_offsets = members(zones.vertices, zones.vertex_offsets, chosen)
-    part = impacts.take(own_impacts)
-    pinned = np.unique(part.nodes[scene.pinned[part.nodes]])
-    vertices = np.concatenate((free, pinned))
+    unpinned, vertex_offsets = members(zones.vertices, zones.vertex_offsets, chosen)
+    own = impacts.take(own_impacts)
+    pinned = np.unique(own.nodes[scene.pinned[own.nodes]])
+    vertices = np.concatenate((unpinned, pinned))
     local = np.empty(len(scene.pinned), np.int32)
     local[vertices] = np.arange(len(vertices))
     return ZoneSystem(
         impact_offsets,
         vertex_offsets,
-        local[part.nodes],
-        part.weights,
-        part.normals,
+        local[own.nodes],
+        own.weights,
+        own.normals,
         scene.positions_t1[vertices],
         np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),
         thickness,
     )
 
 
-def problem_system(problems) -> tuple[ZoneSystem, np.ndarray]:
-    """Problems that share no vertex side by side, as the zones of a step are.
+def problem_system(problems: Sequence[ZoneProblem]) -> tuple[ZoneSystem, Indices]:
+    """Put problems that share no vertex side by side, as the zones of a step are.
 
     Args:
-        problems: `ZoneProblem`s of the same thickness, each with a vertex that is not pinned
-            and an impact.
+        problems: Problems of the same thickness, each with an impact and an unpinned vertex.
 
     Returns:
-        `ZoneSystem`, and (n,) i8: where in the system each vertex of the problems is, one
+        The system, and (n,) i8, the place in the system of each vertex of the problems, one
         problem after the other.
     """
     sizes = np.array([len(problem.masses) for problem in problems])
@@ -81,12 +107,12 @@ def problem_system(problems) -> tuple[ZoneSystem, np.ndarray]:
     places = np.empty(len(order), np.int64)
     places[order] = np.arange(len(order))
     firsts = np.cumsum(sizes) - sizes
-    free = np.add.reduceat(~pinned, firsts)
-    counts = [len(problem.nodes) for problem in problems]
+    n_unpinned = np.add.reduceat(~pinned, firsts)
+    n_impacts = [len(problem.nodes) for problem in problems]
     nodes = np.concatenate([p.nodes + first for p, first in zip(problems, firsts, strict=True)])
     system = ZoneSystem(
-        np.concatenate(([0], np.cumsum(counts))),
-        np.concatenate(([0], np.cumsum(free))),
+        np.concatenate(([0], np.cumsum(n_impacts))),
+        np.concatenate(([0], np.cumsum(n_unpinned))),
         places[nodes].astype(np.int32),
         np.concatenate([problem.weights for problem in problems]),
         np.concatenate([problem.normals for problem in problems]),

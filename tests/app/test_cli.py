@@ -52,8 +52,8 @@ def test_plan_lists_what_is_left_out_and_why(step, tmp_path, capsys):
     assert run("plan", step, "--json", tmp_path / "plan.json") == 0
     said = capsys.readouterr().out
     rows = json.loads((tmp_path / "plan.json").read_text())["plan"]
-    assert all(row["part"] in said and row["reason"] in said for row in rows)
-    assert "pairs at rest      none    still" in said
+    assert all(row["stage"] in said and row["reason"] in said for row in rows)
+    assert "pairs at rest        none    still" in said
 
 
 def test_a_blocked_step_exits_with_one_and_says_when_pairs_meet(tmp_path, capsys):

@@ -10,7 +10,7 @@ def test_components_have_their_vertices_boxes_and_reach(rng):
     scene = two_sheets(rng, 4)
     parts = MeshComponents(len(scene.positions_t0) + 2, scene.faces)
     assert parts.count == 4  # two sheets, and two vertices that belong to no face
-    assert parts.part.tolist() == [0] * 16 + [1] * 16 + [2, 3]
+    assert parts.component.tolist() == [0] * 16 + [1] * 16 + [2, 3]
     positions = np.vstack((scene.positions_t0, [[5, 5, 5], [9, 9, 9.0]]))
     low, high = parts.boxes(positions)
     np.testing.assert_array_equal(low[1], positions[16:32].min(axis=0))

@@ -3,8 +3,7 @@
 import numpy as np
 
 import izo_ref
-from izo_ref.solvers.large_zone import LargeZone
-from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.scaled_constraints import LargeZone, scale_constraints
 from izo_ref.zones.system import problem_system
 
 

@@ -6,7 +6,7 @@ import pytest
 import izo_ref
 from izo_ref import Options
 from izo_ref.loop import numbering
-from izo_ref.loop.numbering import geometric_order, renumbered
+from izo_ref.loop.numbering import geometric_order, renumber_scene
 from tests.helpers.shapes import grid, two_sheets
 
 
@@ -14,13 +14,13 @@ from tests.helpers.shapes import grid, two_sheets
 def test_faces_do_not_depend_on_the_numbering(rng, monkeypatch, largest):
     monkeypatch.setattr(numbering, "LARGEST_CORNER", largest)
     scene = two_sheets(rng, 5)
-    expected = renumbered(scene, geometric_order(scene))
+    expected = renumber_scene(scene, geometric_order(scene))
     # Faces are sorted by their corners, and each keeps its orientation.
     corners = {tuple(np.roll(face, -np.argmin(face))) for face in expected.faces.tolist()}
     assert [tuple(face) for face in expected.faces.tolist()] == sorted(corners)
-    again = renumbered(scene, rng.permutation(len(scene.masses)))
+    again = renumber_scene(scene, rng.permutation(len(scene.masses)))
     again.faces = np.roll(again.faces, 1, axis=1)[::-1]
-    found = renumbered(again, geometric_order(again))
+    found = renumber_scene(again, geometric_order(again))
     for name in ("faces", "edges", "positions_t0", "positions_t1"):
         np.testing.assert_array_equal(getattr(found, name), getattr(expected, name))
         assert getattr(found, name).dtype == getattr(expected, name).dtype

@@ -26,7 +26,7 @@ SLOW_STEPS = ("sheets-50k", "armadillo-rollers", "cloth-ball-clean")
 def lines(scene, **options):
     """Return {part: line} of the plan of a scene."""
     needed = izo_ref.plan(scene, Options(**options))
-    return {line.part: line for line in needed.lines}
+    return {line.stage: line for line in needed.lines}
 
 
 def far_apart(*scenes):
@@ -123,9 +123,9 @@ def test_a_component_that_nothing_reaches_is_in_no_tree(rng):
     n = len(scene.positions_t0)
     start, end = (np.vstack((x, points)) for x in (scene.positions_t0, scene.positions_t1))
     larger = izo_ref.Scene(start, end, np.vstack((scene.faces, faces + n)))
-    line = lines(larger)["parts in trees"]
+    line = lines(larger)["components in trees"]
     assert line.needed == "some"
-    assert f"1 of 3 parts, {len(faces)} of {len(larger.faces)} triangles" in line.reason
+    assert f"1 of 3 components, with {len(faces)} of {len(larger.faces)} triangles" in line.reason
     proposed = [izo_ref.certify_path(s, s.positions_t1) for s in (scene, larger)]
     assert proposed[0].candidates == proposed[1].candidates
     every = izo_ref.certify_path(larger, end, frozenset())
@@ -141,15 +141,15 @@ def test_the_plan_is_kept_and_prints_itself(rng):
     text = str(result.plan)
     assert len(text.splitlines()) == len(result.plan.lines) + 1
     for line in result.plan.lines:
-        assert line.part in text
+        assert line.stage in text
         assert line.reason in text
     assert {line.rule for line in result.plan.lines} <= {*RULES, ""}
 
 
 def test_a_rule_that_is_switched_off_leaves_nothing_out(rng):
     scene = two_sheets(rng)
-    for part, line in lines(scene, plan="everything").items():
-        if lines(scene)[part].rule:
+    for stage, line in lines(scene, plan="everything").items():
+        if lines(scene)[stage].rule:
             assert line.needed == "all"
 
 

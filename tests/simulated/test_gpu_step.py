@@ -123,8 +123,8 @@ def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")
     assert_same(found, expected)
-    assert found.left_to_processor > 0
-    assert expected.left_to_processor == 0
+    assert found.left_to_cpu > 0
+    assert expected.left_to_cpu == 0
 
 
 @pytest.mark.parametrize(("name", "large"), [("sheets", 4096), ("pinned", 4096), ("pinned", 1)])
@@ -135,7 +135,7 @@ def test_zones_of_one_block_or_all_blocks_end_near_the_cpu(rng, monkeypatch, nam
     scene, options = scenes(rng)[name], Options(relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
-    assert found.left_to_processor == 0
+    assert found.left_to_cpu == 0
     assert found.status is Status.FREE
     for own, other in zip(found.impacts[:2], expected.impacts[:2], strict=True):
         assert np.array_equal(own, other)
@@ -161,7 +161,7 @@ def test_each_method_takes_the_steps_of_the_cpu(rng, monkeypatch, named):
     options = Options(**named, max_steps=6, relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
-    assert found.left_to_processor == 0
+    assert found.left_to_cpu == 0
     assert found.status is expected.status
     assert len(found.history) == len(expected.history) > 1
     size = np.abs(expected.positions - scene.positions_t1).max()
@@ -175,7 +175,7 @@ def test_each_method_converges_on_the_gpu(rng, monkeypatch, method):
     monkeypatch.setattr(lagrangian, "MANY", 1)
     options = Options(method=method, gap_tolerance=1e-5, violation_tolerance=1e-5, relinearize=0)
     found = izo_ref.resolve(two_sheets(rng, 2), 1e-3, "cuda", options)
-    assert found.left_to_processor == 0
+    assert found.left_to_cpu == 0
     assert found.status is Status.FREE
 
 
@@ -184,4 +184,4 @@ def test_float32_zones_are_left_to_the_cpu(monkeypatch):
     scene, options = vertex_over_face(), Options(method="cg", precision="float32")
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
-    assert found.left_to_processor > 0
+    assert found.left_to_cpu > 0

@@ -7,7 +7,7 @@ import pytest
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from tests.helpers.shapes import random_problem, vertex_over_face
 from validation.__main__ import _parser
-from validation.report.cuda import cuda_report
+from validation.report.cuda import page
 from validation.rows import read
 from validation.study import cuda
 from validation.study.parts import run_parts
@@ -34,8 +34,7 @@ def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
     assert (row["only_gpu"], row["only_cpu"]) == (0, 0)
     assert (row["toi_difference"], row["normal_difference"]) == (0.0, 0.0)
     assert row["gpu"] == "simulator"
-    cuda_report(tmp_path, "the command")
-    text = (tmp_path / "README.md").read_text()
+    text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
     assert text.count("Not measured yet.") == 5
 
@@ -50,8 +49,7 @@ def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     assert [row["impacts"] for row in rows] == [3, 5]
     assert max(row["gap"] for row in rows) <= 1e-9
     assert max(row["violation"] for row in rows) <= 1e-9
-    cuda_report(tmp_path, "the command")
-    text = (tmp_path / "README.md").read_text()
+    text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
     assert "| 3 | simulator |" in text
 

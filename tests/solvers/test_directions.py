@@ -9,7 +9,6 @@ from izo_ref.solvers.serial.descent import (
     GRADIENT,
     JACOBI,
     LBFGS,
-    MU,
     NEWTON,
     choose_direction,
 )
@@ -17,7 +16,7 @@ from izo_ref.solvers.serial.directions.cg import cg_direction
 from izo_ref.solvers.serial.directions.chebyshev import accelerate, goes_uphill, next_omega
 from izo_ref.solvers.serial.directions.lbfgs import PAIRS, lbfgs_direction, remember_pair
 from izo_ref.solvers.serial.directions.newton import newton_direction
-from izo_ref.solvers.serial.lagrangian import evaluate
+from izo_ref.solvers.serial.lagrangian import MU, evaluate
 from tests.helpers.one_zone import one_zone, settings
 from tests.helpers.shapes import random_problem
 

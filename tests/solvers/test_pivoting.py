@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from izo_ref.solvers.large_zone import LargeZone, solve_large_zone
+from izo_ref.solvers.large_zone import solve_large_zone
 from izo_ref.solvers.pivoting import pivot_from
+from izo_ref.solvers.scaled_constraints import LargeZone
 from tests.helpers.shapes import large_zone
 from validation.scenes.piles import chain_zone, stack_zone
 

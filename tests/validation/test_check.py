@@ -75,7 +75,7 @@ def test_a_pinned_vertex_that_was_moved_is_found():
     end[1, 0] += 1e-12
     verdict = check(scene, positions_only(end), 1e-3)
     assert failed(verdict) == {"comparison"}
-    assert "first 1" in next(f.answer for f in verdict.facts if f.by == "comparison")
+    assert "first is vertex 1" in next(f.answer for f in verdict.facts if f.by == "comparison")
 
 
 def test_zones_that_are_not_optimal_are_found(rng):

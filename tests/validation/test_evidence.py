@@ -4,13 +4,13 @@ import pytest
 
 from validation.__main__ import main
 from validation.oracles import ipc
-from validation.report.tables import table, text
+from validation.report.tables import cell_text, table
 from validation.study.evidence import wrong_rows
 
 
 def test_cells_keep_the_digits_that_matter():
     cells = [None, True, 1234567, 0.0, 0.123456, 1.5e-13, float("inf"), "a|b"]
-    assert [text(c) for c in cells] == [
+    assert [cell_text(c) for c in cells] == [
         "",
         "yes",
         "1,234,567",
@@ -27,8 +27,8 @@ def test_cells_keep_the_digits_that_matter():
 
 
 @pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
-def test_the_check_rejects_wrong_results():
-    """Proposed positions, a vertex pushed through by a nanometre, and layers that swapped."""
+def test_check_finds_what_is_left_in_wrong_results():
+    """The proposed positions, a vertex pushed through a face by a nanometre, swapped layers."""
     rows = wrong_rows()
     assert len(rows) == 3
     for row in rows:
@@ -52,7 +52,7 @@ def test_the_evidence_of_a_step_is_written(tmp_path, free, triangles, blocked):
     names = [free, blocked]
     assert main(["evidence", *names, "-o", str(tmp_path)]) == 0
     summary = (tmp_path / "evidence" / "README.md").read_text()
-    asked = "told" if ipc.unusable() else "free"
+    asked = "not judged" if ipc.unusable() else "free"
     answers = f"free | {asked} | free | {asked} | passed"
     assert f"| {free} | {triangles} | FREE | {answers} |" in summary
     assert "failed, as the result says" in summary

@@ -1,4 +1,4 @@
-"""The pages of zones and of convergence show figures from rows, and no others."""
+"""The pages of zones and of convergence show the figures of the rows and no others."""
 
 import pytest
 
@@ -65,7 +65,7 @@ def test_the_default_is_compared_with_what_reached_the_tolerance(folder):
     assert row["met"]
     assert row["fixed"] == "active-set"
     assert row["against_fixed"] == pytest.approx(1.0 / 0.9)
-    assert row["on_front"], "11 % slower than the fastest"
+    assert row["among_fastest"], "11 % slower than the fastest"
 
 
 def test_a_default_that_is_too_slow_misses_its_target(folder):
@@ -74,9 +74,9 @@ def test_a_default_that_is_too_slow_misses_its_target(folder):
     rows.add(**slow._asdict() | BASE | {"seconds": 3e-4})  # replaces the row of the same key
     (row,) = default_rows(Measured(folder))
     assert row["met"] is False
-    assert row["on_front"] is False
-    assert row["met_many"] is True  # the row of two threads is still fast enough
-    assert "1 of 1 targets met, 0 on one thread" in inner.headlines(folder)[0][2]
+    assert row["among_fastest"] is False
+    assert row["met_many"] is True  # the row of two threads is fast
+    assert "1 of 1 targets are met, 0 on one thread" in inner.headlines(folder)[0][2]
 
 
 def test_a_default_that_misses_the_tolerance_is_not_on_the_front(folder):
@@ -86,10 +86,10 @@ def test_a_default_that_misses_the_tolerance_is_not_on_the_front(folder):
     (row,) = default_rows(Measured(folder))
     assert row["default"] is None
     assert row["ratio"] is None
-    assert row["on_front"] is False
+    assert row["among_fastest"] is False
 
 
-def test_cells_show_their_outcome(folder):
+def test_cells_say_their_outcome(folder):
     cells = cells_table.outcomes(Measured(folder))
     assert len(cells) == 18
     said = {key[1:]: cells_table.cell_outcome(rows) for key, rows in cells.items()}
@@ -97,22 +97,22 @@ def test_cells_show_their_outcome(folder):
     assert said["newton", "wolfe"] == ("failed", None)
     assert said["cg", "exact"] == ("missing", None)
     counted = cells_table.counts(Measured(folder))
-    assert (counted["cells"], counted["missing"], counted["failed"]) == (18, 16, 1)
-    assert counted["reached"] == {1e-3: 1, 1e-6: 0, 1e-9: 0}
+    assert (counted.cells, counted.missing, counted.failed) == (18, 16, 1)
+    assert counted.reached == {1e-3: 1, 1e-6: 0, 1e-9: 0}
 
 
 def test_the_page_of_zones_shows_rows_and_missing_cells(folder, tmp_path):
     path = inner.page(folder, tmp_path / "pages")
     text = path.read_text()
     assert text.count("<svg") == 6
-    assert "18 cells, 16 missing" in text
+    assert "There are 18 cells; 16 are missing and 1 failed." in text
     assert "Not measured in this run" in text
     plot = work_precision(Measured(folder), "gap")
     _, _, drawn = plot.partition('role="img"')
     assert drawn in text, "the same rows make the same plot"
     assert [label for label, _, _ in inner.headlines(folder)] == [
         "The default against the fastest library",
-        "Directions, line searches, families",
+        "Combinations of direction, line search and family that reach 1e-6",
     ]
 
 

@@ -1,4 +1,4 @@
-"""The list of faults fits the sources and the tests, and the runner reports what is caught."""
+"""The list of faults fits the sources, and the runner finds out which faults are caught."""
 
 import ast
 import json
@@ -43,7 +43,7 @@ def test_every_test_that_a_fault_names_exists(name):
 
 @pytest.fixture
 def repository(tmp_path):
-    """Write a small repository with the files that the runner needs, in pure Python."""
+    """Return a small repository in pure Python, with what the runner needs."""
     files = {
         "izo_ref/__init__.py": "",
         "izo_ref/base/compile.py": "CACHE_FOLDER = None\n",

@@ -9,10 +9,10 @@ import pytest
 
 from tests.helpers.pages import check_page, look, needs_browser
 from validation.__main__ import main
+from validation.provenance import ROOT
 from validation.report import outer as outer_page
 from validation.report import scaling as scaling_page
 from validation.report import start
-from validation.report.tables import ROOT
 from validation.rows import OUTCOMES, Rows, begin_run, read
 from validation.study import outer, scaling, steps
 
@@ -20,7 +20,7 @@ WIDTHS = "[document.documentElement.scrollWidth, window.innerWidth]"
 
 
 def sizes_rows(folder):
-    """Write rows of steps and zones whose time grows as n and as n^1.5."""
+    """Write rows of steps whose time grows with n, and of zones whose time grows with n^1.5."""
     rows = Rows(folder, "scaling", scaling.KEYS)
     for size in (1_000, 10_000, 100_000, 1_000_000):
         stages = {f"{name}_s": size * 1e-6 for name in ("total", "detect", "certify", "door")}
@@ -37,7 +37,7 @@ def sizes_rows(folder):
 
 
 def steps_rows(folder):
-    """Write rows of a step with a peer, one without, one that is blocked, one that fails."""
+    """Write rows of a step with a peer, one without, one that is blocked and one that failed."""
     rows = Rows(folder, "outer", outer.KEYS)
     for name, factor in (("sheets", 1.0), ("cloth <b>", 3.0)):
         for setting in outer.settings(quick=False):
@@ -79,11 +79,11 @@ def test_every_page_is_written_and_none_is_broken(report):
         assert link == "data:," or (report / link).is_file(), link
 
 
-def test_the_start_page_shows_five_figures_and_what_is_missing(report):
+def test_the_start_page_has_five_figures_and_says_what_is_missing(report):
     text = check_page(report / "index.html").text
     assert (report / "index.html").read_text().count('class="value"') == 5
-    assert text.count("Not measured yet.") == 2  # two pages have no rows here
-    assert "evidence/README.md: every step file, judged by four judges (not in this folder)" in text
+    assert text.count("Not measured yet.") == 2  # of the two pages without rows here
+    assert "Not in this folder; python -m validation evidence --pages-only makes" in text
     assert "A step of 1,000,000 triangles" in text
     assert "1 s" in text
 
@@ -104,7 +104,7 @@ def test_pages_load_and_fit_a_phone(report, tmp_path, name):
 
 
 def test_exponents_are_those_of_the_rows(report):
-    sheets = scaling_page._sheets(read(report / "rows", "scaling"))
+    sheets = scaling_page.sheet_rows(read(report / "rows", "scaling"))
     slope, said = scaling_page.exponent(sheets, "triangles", "total_s")
     assert math.isclose(slope, 1.0, rel_tol=1e-9)
     assert said == "over 100,000 to 1,000,000"
@@ -154,7 +154,7 @@ def test_a_step_study_writes_every_row_and_resumes(tmp_path, monkeypatch):
     assert len(read(tmp_path, "outer")) == 9
 
 
-def test_a_step_that_takes_too_long_or_is_refused_is_a_row(tmp_path, monkeypatch):
+def test_a_step_that_takes_too_long_or_is_refused_leaves_a_row(tmp_path, monkeypatch):
     monkeypatch.setattr(steps, "available", lambda: False)
     monkeypatch.setattr(steps, "peers", lambda: {})
     monkeypatch.setattr(outer, "_warm_up", lambda: None)
@@ -180,7 +180,7 @@ def crossing_scene():
     return Scene(points, points, [[0, 1, 2], [3, 4, 5]])
 
 
-def test_a_long_step_is_compared_over_selections_only(tmp_path, monkeypatch):
+def test_a_long_step_is_run_with_each_selection_only(tmp_path, monkeypatch):
     rows = Rows(tmp_path, "outer", outer.KEYS)
     monkeypatch.setattr(outer, "_scene", lambda name: crossing_free)
     monkeypatch.setattr(
@@ -217,7 +217,7 @@ def test_a_process_that_dies_or_hangs_leaves_failures(family, limit, message, mo
     assert {row["message"] for row in rows} == {message}
 
 
-def test_the_log_keeps_messages_and_durations(tmp_path, monkeypatch):
+def test_the_log_keeps_what_a_run_said_and_how_long_it_took(tmp_path, monkeypatch):
     monkeypatch.setattr(scaling, "run", lambda folder, quick, say: say("a size is measured"))
     lines = []
     for _ in range(2):
@@ -228,8 +228,8 @@ def test_the_log_keeps_messages_and_durations(tmp_path, monkeypatch):
     assert re.fullmatch(r"scaling: done in \d+ s", kept[2])
 
 
-def test_the_peak_of_memory_is_measured():
-    """It needs a separate process, because the peak of this one may already be far higher."""
+def test_the_peak_of_memory_is_seen():
+    """A new process measures it, because the peak of this one may be far above by now."""
     code = (
         "from validation.study.growth import peak_mib; before = peak_mib();"
         "block = bytearray(64 * 2**20); block[::4096] = b'x' * len(block[::4096]);"

@@ -108,7 +108,7 @@ def test_plots_have_real_text_and_ids_of_their_own():
 
 
 def test_lines_differ_in_greyscale():
-    """Markers and dashes differ, and neighbouring colors differ in lightness."""
+    """Marker and dashes are unique, and the colors of neighbours differ in lightness."""
     grey = {(plots.style(i)["marker"], str(plots.style(i)["linestyle"])) for i in range(60)}
     assert len(grey) == 60
     lightness = []
@@ -133,14 +133,14 @@ SORT = """(function () {
   var table = document.querySelector("table.sortable"), heads = table.tHead.rows[0].cells;
   function names() { return Array.from(table.tBodies[0].rows).map(r => r.cells[0].textContent); }
   function sorts() { return Array.from(heads).map(h => h.getAttribute("aria-sort")); }
-  var seen = [[names(), sorts()]];
+  var said = [[names(), sorts()]];
   [1, 1, 0].forEach(function (i) {
     var button = heads[i].querySelector("button");
     button.focus();
     button.click();
-    seen.push([names(), sorts(), document.activeElement === button]);
+    said.push([names(), sorts(), document.activeElement === button]);
   });
-  return seen;
+  return said;
 })()"""
 
 
@@ -166,8 +166,8 @@ def test_a_page_fits_a_phone(page, tmp_path):
 
 
 @needs_browser
-def test_the_browser_reports_overflow_and_script_errors(tmp_path):
-    """This shows that the two tests above can fail."""
+def test_the_browser_reports_what_goes_wrong(tmp_path):
+    """The two tests before this one can fail."""
     write(
         tmp_path / "outer.html",
         '<div style="width:900px">x</div><script>nothing.here();</script>',

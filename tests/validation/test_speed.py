@@ -1,4 +1,4 @@
-"""The study of speed: what it measures, and what its page shows."""
+"""What the study of speed measures, and what its page says about it."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ import izo_ref
 from izo_ref import Options
 from izo_ref.base.options import RULES
 from tests.helpers.shapes import two_sheets
-from validation.report.speed import speed_report
+from validation.report import speed as speed_page
 from validation.rows import Rows
 from validation.study import speed
 from validation.study.speed import BOTH, LBVH, OWN
@@ -16,13 +16,11 @@ SPREAD = {"least_s": 0.1, "most_s": 0.9, "repeats": 5}
 
 
 def page(folder):
-    """Write the page and return its text."""
-    speed_report(folder, "the command")
-    return (folder / "README.md").read_text()
+    return speed_page.page(folder / "rows", folder).read_text()
 
 
 def line(text, *cells):
-    """Return the lines of all tables that contain these cells."""
+    """Return the lines of the tables that have all these cells."""
     rows = [[c.strip() for c in row.split("|")] for row in text.splitlines() if row[:1] == "|"]
     return [row for row in rows if set(cells) <= set(row)]
 

@@ -9,10 +9,12 @@ from flint import fmpq
 import izo_ref
 from tests.helpers.shapes import random_problem
 from tests.naive.qp import dense_rows, solve_qp
+from validation import json_rows
 from validation.oracles import nnls, qp, slsqp
 from validation.oracles.answer import scaled_zone
 from validation.oracles.rational import ExactZone, active_rows, to_float
-from validation.report.zones import zones_report
+from validation.provenance import made_by
+from validation.report import zones as zones_page
 from validation.scenes.zones import THICKNESS_M, random_zone
 from validation.study.nonlinear import nonlinear_rows
 from validation.study.zones import MASS_RATIOS, SIZES, random_zone_rows, scaling_rows
@@ -216,8 +218,8 @@ def test_the_report_is_written_from_rows(tmp_path, random_rows, relinearized_row
         "steps": [],
         "nonlinear": relinearized_rows,
     }
-    zones_report(tmp_path / "zones.md", "a command", rows)
-    text = (tmp_path / "zones.md").read_text()
+    json_rows.save(tmp_path / zones_page.FILE, made_by("a command"), rows)
+    text = zones_page.page(tmp_path, tmp_path).read_text()
     assert f"## {len(random_rows)} random zones" in text
+    assert "Measured by `a command` at commit" in text
     assert "no step files" in text
-    assert (tmp_path / "zones.json").exists()

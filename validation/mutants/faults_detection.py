@@ -191,13 +191,13 @@ DETECTION = [
         "reach-never-left",
         "izo_ref/detection/detector.py",
         "        left = _largest(positions_t1 - self._centres) > self._reach\n",
-        "        left = _largest(positions_t1 - self._seen) > self._reach\n",
+        "        left = _largest(positions_t1 - previous_t1) > self._reach\n",
         "a vertex that creeps away in small steps is never looked for anew",
         (WITHIN_REACH,),
     ),
     Fault(
         "near-pairs-kept-for-ever",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "        self._near = np.concatenate((self._near[~old], pairs))\n",
         "        self._near = np.concatenate((self._near, pairs))\n",
         "near pairs of a vertex that moved on stay beside its new ones",
@@ -205,7 +205,7 @@ DETECTION = [
     ),
     Fault(
         "old-impacts-kept",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "        still = ~moved[self.impacts.nodes].any(axis=1)\n",
         "        still = ~moved[self.impacts.nodes].all(axis=1)\n",
         "an impact is kept as it was as long as one of its vertices did not move",
@@ -214,7 +214,7 @@ DETECTION = [
     Fault(
         "part-at-rest-never-woken",
         "izo_ref/detection/detector.py",
-        "        return bool((self._far & ~far).any())\n",
+        "        return bool((self._left_out & ~far).any())\n",
         "        return False\n",
         "a part that was out of reach at first is left out for good",
         (AT_REST,),
@@ -336,7 +336,7 @@ DETECTION = [
     ),
     Fault(
         "one-impact-a-vertex",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n"
         "        order = order[np.unique(keys[order] >> 32, return_index=True)[1]]\n",
@@ -346,7 +346,7 @@ DETECTION = [
     ),
     Fault(
         "order-as-found",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.argsort(keys)\n",
         "        keys, nodes = self._keys_and_nodes(pairs)\n        order = np.arange(len(keys))\n",
         "impacts come in the order in which trees or threads found them",
@@ -355,7 +355,7 @@ DETECTION = [
     ),
     Fault(
         "pairs-with-a-node-at-rest-skipped",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "            order = order[moving[nodes[order]].any(axis=1)]\n",
         "            order = order[moving[nodes[order]].all(axis=1)]\n",
         "pairs with a node at rest are skipped, as if all were",
@@ -363,7 +363,7 @@ DETECTION = [
     ),
     Fault(
         "excluded-pairs-not-excluded",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "            order = order[np.array([key not in self._excluded for key in named], bool)]\n",
         "            order = order[np.array([key is not None for key in named], bool)]\n",
         "pairs that intersect at the start are looked at although they were left out",
@@ -371,7 +371,7 @@ DETECTION = [
     ),
     Fault(
         "excluded-pairs-by-order-of-corners",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/pair_keys.py",
         "    nodes[~ee, 1:] = np.sort(nodes[~ee, 1:], axis=1)\n",
         "",
         "an excluded pair is known again only if its corners come in the same order",

@@ -14,7 +14,7 @@ BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 PATHS = [
     Fault(
         "pending-impacts-forgotten",
-        "izo_ref/detection/detector.py",
+        "izo_ref/detection/near_pairs.py",
         "        self.impacts = join_impacts((self.impacts.take(still), found)).take(order)\n",
         "        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)\n",
         "incremental detection forgets the impacts of vertices that did not move since",
@@ -23,8 +23,8 @@ PATHS = [
     Fault(
         "moved-along-all-axes",
         "izo_ref/detection/detector.py",
-        "            moved = _differ(positions_t1, self._seen)\n",
-        "            moved = (positions_t1 != self._seen).all(axis=1)\n",
+        "            moved = rows_differ(positions_t1, previous_t1)\n",
+        "            moved = (positions_t1 != previous_t1).all(axis=1)\n",
         "incremental detection does not look again at what moved along an axis only",
         (
             "tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face",
@@ -163,8 +163,8 @@ PATHS = [
     Fault(
         "nearly-zero-is-zero",
         "izo_ref/certificate/exact_path.py",
-        "            common = _common(time.polynomial, poly)\n",
-        "            return 0\n            common = _common(time.polynomial, poly)\n",
+        "            common = common_divisor(time.polynomial, poly)\n",
+        "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
         "a sign that is not certain on a narrow interval is called zero",
         (BY_HAND, EXACT),
     ),

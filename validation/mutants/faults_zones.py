@@ -28,8 +28,8 @@ ZONE = [
     Fault(
         "device-keeps-scaled-multipliers",
         "izo_ref/loop/cuda/step.py",
-        "        multipliers_out[rows[i]] = scaled[i] / lengths[i]\n",
-        "        multipliers_out[rows[i]] = scaled[i]\n",
+        "        multipliers_out[impacts[i]] = scaled[i] / lengths[i]\n",
+        "        multipliers_out[impacts[i]] = scaled[i]\n",
         "multipliers of a GPU are those of unit rows",
         ("tests/cuda/test_simulator.py",),
     ),
@@ -44,8 +44,8 @@ ZONE = [
     Fault(
         "device-says-all-is-solved",
         "izo_ref/loop/gpu_step.py",
-        "        kernels.negate_flags[len(part)](solution.solved, left)\n",
-        "        kernels.negate_flags[len(part)](full(len(part), True, np.bool_), left)\n",
+        "        kernels.negate_flags[len(zones)](solution.solved, left)\n",
+        "        kernels.negate_flags[len(zones)](full(len(zones), True, np.bool_), left)\n",
         "zones that a GPU did not solve are not left to the processor",
         ("tests/cuda/test_simulator.py",),
     ),
@@ -60,7 +60,7 @@ ZONE = [
     Fault(
         "one-own-vertex-is-enough-on-the-device",
         "izo_ref/zones/cuda/selection.py",
-        "if (n_own == n_free) if all_new else (n_own > 0):",
+        "if (n_own == n_unpinned) if all_new else (n_own > 0):",
         "if n_own > 0:",
         "on a GPU impacts taken together share a vertex",
         ("tests/cuda/test_simulator.py",),
@@ -148,8 +148,8 @@ ZONE = [
     Fault(
         "renumbered-the-wrong-way",
         "izo_ref/loop/resolve.py",
-        "    positions[order] = step.positions\n",
-        "    positions[:] = step.positions[order]\n",
+        "    positions[order] = loop.step.positions\n",
+        "    positions[:] = loop.step.positions[order]\n",
         "positions are put back with the inverse of the numbering",
         (BY_HAND, RENUMBERED),
     ),
@@ -182,8 +182,8 @@ ZONE = [
     Fault(
         "selection-by-one-new-vertex",
         "izo_ref/zones/serial/selection.py",
-        "            selected_out[j] = n_new == n_free\n",
-        "            selected_out[j] = n_new >= n_free - 1\n",
+        "            selected_out[j] = n_new == n_unpinned\n",
+        "            selected_out[j] = n_new >= n_unpinned - 1\n",
         "`independent` takes impacts that share a vertex with one taken before",
         ("tests/zones/test_selection.py",),
     ),

@@ -1,66 +1,124 @@
-"""What an oracle of a zone says, and the zone in numbers near 1."""
+"""The zone problem as oracles see it, scaled to numbers near 1, and the answers of oracles.
 
-from typing import NamedTuple
+The oracles `nnls.py`, `qp.py` and `slsqp.py` solve the scaled zone of `scaled_zone`. It is written
+from the mathematics of SPEC section 5 and shares no code with the solvers of `izo_ref`.
+"""
+
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
+
+Floats: TypeAlias = NDArray[np.float64]  # f8, of the shape that is stated beside
+Ints: TypeAlias = NDArray[np.int32]  # i4, of the shape that is stated beside
+Indices: TypeAlias = NDArray[np.integer[Any]]  # whole numbers, of the shape that is stated beside
+Flags: TypeAlias = NDArray[np.bool_]  # b1, of the shape that is stated beside
+
+
+class ZoneArrays(Protocol):
+    """What oracles read of a zone problem; a `ZoneProblem` has all of it.
+
+    Attributes:
+        nodes: (n_impacts, 4) i4, vertices of each impact.
+        weights: (n_impacts, 4) f8.
+        normals: (n_impacts, 3) f8.
+        proposed: (n, 3) f8 [m], the proposed positions.
+        masses: (n,) f8 [kg], infinite for a pinned vertex.
+        thickness: [m].
+    """
+
+    nodes: Ints
+    weights: Floats
+    normals: Floats
+    proposed: Floats
+    masses: Floats
+    thickness: float
 
 
 class Answer(NamedTuple):
-    """A solver's answer. Whether it is right is not its own to say."""
+    """The answer of a solver. The solver does not judge whether it is right."""
 
-    displacements: np.ndarray  # (n, 3) f8 [m], from the proposed positions
-    multipliers: np.ndarray | None  # (n_impacts,) f8 [kg], if the solver gives them
-    claims: bool  # the solver says that it succeeded
-    message: str  # what it says
+    displacements: Floats  # (n, 3) f8 [m], from the proposed positions
+    multipliers: Floats | None  # (n_impacts,) f8 [kg], if the solver gives them
+    claims: bool  # the solver reports success
+    message: str  # the message of the solver
     seconds: float
 
 
 class ScaledZone(NamedTuple):
-    """minimise 1/2 |z|^2 subject to C z >= s, in numbers near 1 (SPEC section 5)."""
+    """A zone in numbers near 1: minimise 1/2 |z|^2 subject to C z >= s (SPEC section 5)."""
 
-    matrix: object  # (n_impacts, 3 n_free) scipy.sparse.csr_array, C, rows of unit length
-    rhs: np.ndarray  # (n_impacts,) f8, s, the largest 1
-    lengths: np.ndarray  # (n_impacts,) f8 [kg^-1/2], of the rows before scaling
+    matrix: Any  # (n_impacts, 3 n_unpinned) scipy.sparse.csr_array, C; its rows have unit length
+    rhs: Floats  # (n_impacts,) f8, s; the largest entry is 1 in magnitude
+    lengths: Floats  # (n_impacts,) f8 [kg^-1/2], lengths of the rows before scaling
     unit: float  # [m kg^1/2], z = sqrt(m) (x - y) / unit
-    free: np.ndarray  # (n_free,) indices of the vertices of finite mass
-    problem: object
+    unpinned: Indices  # (n_unpinned,) indices of the vertices of finite mass
+    problem: ZoneArrays
 
-    def displacements(self, z):
-        """(n, 3) f8 [m], from (3 n_free,) f8."""
+    def displacements(self, z: Floats) -> Floats:
+        """Convert scaled unknowns to displacements.
+
+        Args:
+            z: (3 n_unpinned,) f8.
+
+        Returns:
+            (n, 3) f8 [m], from the proposed positions; zero for pinned vertices.
+        """
         moves = np.zeros_like(self.problem.proposed)
-        root = np.sqrt(self.problem.masses[self.free])[:, None]
-        moves[self.free] = self.unit * z.reshape(-1, 3) / root
+        root = np.sqrt(self.problem.masses[self.unpinned])[:, None]
+        moves[self.unpinned] = self.unit * z.reshape(-1, 3) / root
         return moves
 
-    def multipliers(self, scaled):
-        """(n_impacts,) f8 [kg], from those of the scaled rows."""
+    def multipliers(self, scaled: Floats) -> Floats:
+        """Convert the multipliers of the scaled constraints.
+
+        Args:
+            scaled: (n_impacts,) f8.
+
+        Returns:
+            (n_impacts,) f8 [kg].
+        """
         return self.unit * scaled / self.lengths
 
 
-def mass_norm(masses, vectors) -> float:
-    """[m kg^1/2], sqrt(sum m |v|^2) over the vertices of finite mass."""
-    free = np.isfinite(masses)
-    return float(np.sqrt((masses[free, None] * vectors[free] ** 2).sum()))
+def mass_norm(masses: Floats, vectors: Floats) -> float:
+    """Compute sqrt(sum m |v|^2) over the vertices of finite mass.
+
+    Args:
+        masses: (n,) f8 [kg].
+        vectors: (n, 3) f8 [m].
+
+    Returns:
+        [m kg^1/2].
+    """
+    unpinned = np.isfinite(masses)
+    return float(np.sqrt((masses[unpinned, None] * vectors[unpinned] ** 2).sum()))
 
 
-def no_answer(problem, message, seconds) -> Answer:
+def no_answer(problem: ZoneArrays, message: str, seconds: float) -> Answer:
+    """Return the `Answer` of a solver that failed: its displacements are NaN."""
     return Answer(np.full_like(problem.proposed, np.nan), None, False, message, seconds)
 
 
-def scaled_zone(problem) -> ScaledZone:
-    """Written from the mathematics, and apart from what izo_ref's solvers use.
+def scaled_zone(problem: ZoneArrays) -> ScaledZone:
+    """Scale a zone problem to numbers near 1.
 
     Args:
-        problem: has nodes, weights, normals, proposed, masses, thickness, as ZoneProblem.
+        problem: A zone problem, for example a `ZoneProblem`.
+
+    Returns:
+        The same problem in scaled unknowns.
 
     Raises:
-        ValueError: an impact has no vertex of finite mass, so no row.
+        ValueError: An impact has no vertex of finite mass, so its constraint has no unknown.
+
+    Source: SPEC section 5.
     """
     from scipy.sparse import coo_array
 
-    free = np.flatnonzero(np.isfinite(problem.masses))
+    unpinned = np.flatnonzero(np.isfinite(problem.masses))
     column = np.full(len(problem.masses), -1)
-    column[free] = np.arange(len(free))
+    column[unpinned] = np.arange(len(unpinned))
     root = np.sqrt(problem.masses)
     entries = (problem.weights / root[problem.nodes])[:, :, None] * problem.normals[:, None, :]
     lengths = np.sqrt((entries**2).sum(axis=(1, 2)))
@@ -70,11 +128,11 @@ def scaled_zone(problem) -> ScaledZone:
     rows = np.broadcast_to(np.arange(len(entries))[:, None, None], entries.shape)
     columns = 3 * column[problem.nodes][:, :, None] + np.arange(3)
     kept = np.broadcast_to((column[problem.nodes] >= 0)[:, :, None], entries.shape)
-    shape = (len(entries), 3 * len(free))
+    shape = (len(entries), 3 * len(unpinned))
     matrix = coo_array((entries[kept], (rows[kept], columns[kept])), shape=shape).tocsr()
 
     relative = problem.proposed[problem.nodes] - problem.proposed[problem.nodes[:, :1]]
     gaps = np.einsum("jk,jkx,jx->j", problem.weights, relative, problem.normals)
     rhs = (problem.thickness - gaps) / lengths
     unit = max(float(np.abs(rhs).max(initial=0.0)), np.finfo(float).tiny)
-    return ScaledZone(matrix, rhs / unit, lengths, unit, free, problem)
+    return ScaledZone(matrix, rhs / unit, lengths, unit, unpinned, problem)

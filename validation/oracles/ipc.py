@@ -1,22 +1,36 @@
-"""Whether a mesh intersects at rest and what meets on a path, by ipctk.
+"""Whether a mesh intersects at rest, and which pairs meet on a path, by ipctk.
 
-Tight Inclusion is conservative: where it cannot tell, because of its tolerance or because
-it reached its iterations, it says that the pair meets. So it never misses, and it reports
-what only comes within its tolerance. With the settings here a vertex that stops 1e-10 of
-its way before a face is no hit; with the defaults, which scale times back by 0.8, one that
-stops 1e-4 before it is. Pairs that touch at the start are hits at time 0.
+Question: does an edge meet a face at rest, and which vertex-face and edge-edge pairs meet while
+the vertices move on straight lines?
+
+Method: ipctk, the IPC Toolkit. Its linear bounding-volume hierarchy finds candidate pairs, and
+Tight Inclusion decides them by interval arithmetic.
+
+Independent of `izo_ref`: ipctk has its own trees, and its method of inclusion is different.
+
+Limits: Tight Inclusion is conservative. Where it cannot decide, because of its tolerance or because
+it reached its number of iterations, it reports that the pair meets. So it never misses a pair, and
+it also reports pairs that only come within its tolerance. With the settings here, a vertex that
+stops 1e-10 of its way before a face is no hit. With the defaults, which scale times back by 0.8, a
+vertex that stops 1e-4 of its way before the face is a hit. Pairs that touch at the start are hits
+at time 0. Pairs with a common vertex are not examined.
 """
 
 import functools
 import subprocess
 import sys
+from collections.abc import Iterator
 from itertools import islice
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-CHUNK = 1000  # pairs that are asked for together before each is asked for
+from validation.oracles.answer import Flags, Floats, Indices
 
+CHUNK = 1000  # pairs that one call decides together; only a chunk with a hit is searched by pair
 
+# A program that makes every call of this module once.
 PROBE = """
 import ipctk, numpy
 positions = numpy.eye(3)
@@ -27,31 +41,34 @@ ipctk.has_intersections(mesh, positions)
 
 
 @functools.cache
-def unusable():
-    """Why ipctk cannot be asked on this machine; None if it can.
+def unusable() -> str | None:
+    """Return the reason why ipctk does not run on this machine; None if it does.
 
-    Some of its wheels (1.6.1 for Python 3.12 and 3.13) hold instructions that not every
-    processor has, and end the process. So another process tries first, once.
+    Some wheels of ipctk (1.6.1 for Python 3.12 and 3.13) use instructions that not every CPU has,
+    and end the process. So this function tries ipctk in another process, once.
     """
     run = subprocess.run([sys.executable, "-c", PROBE], capture_output=True, text=True)
     if run.returncode == 0:
         return None
-    said = run.stderr.strip().splitlines()
-    return said[-1] if said else f"it ends its process with signal {-run.returncode}"
+    lines = run.stderr.strip().splitlines()
+    return lines[-1] if lines else f"it ends its process with signal {-run.returncode}"
 
 
-def has_intersections(positions, edges, faces):
-    """Whether an edge meets a face it has no vertex in common with.
+def has_intersections(positions: ArrayLike, edges: Indices, faces: Indices) -> bool:
+    """Return whether an edge meets a face that it shares no vertex with.
 
-    ipctk takes NaN for no intersection, hence the check.
+    ipctk reports no intersection for positions that are NaN, so they are rejected here.
 
     Args:
         positions: (n_vertices, 3) [m].
         edges: (n_edges, 2) vertex indices.
         faces: (n_faces, 3) vertex indices.
 
+    Returns:
+        Whether the mesh intersects.
+
     Raises:
-        ValueError: a position is not finite.
+        ValueError: A position is not finite.
     """
     import ipctk
 
@@ -61,38 +78,59 @@ def has_intersections(positions, edges, faces):
     return ipctk.has_intersections(ipctk.CollisionMesh(positions, edges, faces), positions)
 
 
-def path_hits(positions_t0, positions_t1, edges, faces, at_most=1000):
-    """Vertex-face and edge-edge pairs that meet on straight paths, by Tight Inclusion.
+class PathHits(NamedTuple):
+    """The pairs that meet on a path."""
 
-    Pairs with a vertex in common are not asked about.
+    nodes: Indices  # (k, 4) int, a vertex and a face's corners, or the ends of one edge and another
+    is_edge_edge: Flags  # (k,) b1
+    toi: Floats  # (k,) f8, when each pair meets, or a little before
+    complete: bool  # these are all pairs that meet; False if there are more than were asked for
+
+
+def path_hits(
+    positions_t0: ArrayLike,
+    positions_t1: ArrayLike,
+    edges: ArrayLike,
+    faces: ArrayLike,
+    at_most: int = 1000,
+) -> PathHits:
+    """Find the vertex-face and edge-edge pairs that meet on straight paths, by Tight Inclusion.
 
     Args:
-        positions_t0, positions_t1: (n_vertices, 3) [m].
+        positions_t0: (n_vertices, 3) [m], start of the path.
+        positions_t1: (n_vertices, 3) [m], end of the path.
         edges: (n_edges, 2) vertex indices.
         faces: (n_faces, 3) vertex indices.
-        at_most: hits to return; with one more the search ends.
+        at_most: Number of hits to return; the search ends when it finds one more.
 
     Returns:
-        nodes: (k, 4) int, a vertex, then the face's corners; or the ends of one edge, then
-            of the other.
-        is_edge_edge: (k,) bool.
-        toi: (k,) f8, when each pair meets, or a little before.
-        complete: these are all; False if there are more than `at_most`.
+        The hits. A pair with a common vertex is never among them.
 
     Raises:
-        ValueError: a position is not finite.
+        ValueError: A position is not finite.
     """
-    import ipctk
-
     start = _finite("positions_t0", positions_t0)
     end = _finite("positions_t1", positions_t1)
     edges, faces = np.asarray(edges, np.int32), np.asarray(faces, np.int32)
+    found = list(islice(_hits(start, end, edges, faces), at_most + 1))
+    complete = len(found) <= at_most
+    nodes, kinds, toi = zip(*found[:at_most], strict=True) if found[:at_most] else ((), (), ())
+    nodes = np.array(nodes, int).reshape(-1, 4)
+    return PathHits(nodes, np.array(kinds, bool), np.array(toi, float), complete)
+
+
+def _hits(
+    start: Floats, end: Floats, edges: Indices, faces: Indices
+) -> Iterator[tuple[Any, bool, float]]:
+    """Yield nodes, kind and time of each pair that meets."""
+    import ipctk
+
     mesh = ipctk.CollisionMesh(start, edges, faces)
     candidates = ipctk.Candidates()
     candidates.build(mesh, start, end, 0.0, ipctk.LBVH())
     ccd = ipctk.TightInclusionCCD(tolerance=1e-9, max_iterations=10**7, conservative_rescaling=1.0)
 
-    def is_free(pairs, is_edge_edge):
+    def is_free(pairs: list[Any], is_edge_edge: bool) -> bool:
         some = ipctk.Candidates()
         if is_edge_edge:
             some.ee_candidates = pairs
@@ -100,29 +138,22 @@ def path_hits(positions_t0, positions_t1, edges, faces, at_most=1000):
             some.fv_candidates = pairs
         return some.is_step_collision_free(mesh, start, end, 0.0, ccd)
 
-    def hits():
-        # compiled code decides about many; only chunks that are not free are asked one by one
-        if candidates.is_step_collision_free(mesh, start, end, 0.0, ccd):
-            return
-        for pairs, is_edge_edge in _in_order(candidates):
-            for first in range(0, len(pairs), CHUNK):
-                chunk = pairs[first : first + CHUNK]
-                for pair in [] if is_free(chunk, is_edge_edge) else chunk:
-                    nodes = pair.vertex_ids(edges, faces)
-                    points = start[nodes].ravel(), end[nodes].ravel()
-                    met, toi = pair.ccd(*points, 0.0, 1.0, ccd)
-                    if met:
-                        yield nodes, is_edge_edge, toi
-
-    found = list(islice(hits(), at_most + 1))
-    complete = len(found) <= at_most
-    nodes, kinds, toi = zip(*found[:at_most], strict=True) if found[:at_most] else ((), (), ())
-    nodes = np.array(nodes, int).reshape(-1, 4)
-    return nodes, np.array(kinds, bool), np.array(toi, float), complete
+    # compiled code decides many pairs at once; only chunks with a hit are examined pair by pair
+    if candidates.is_step_collision_free(mesh, start, end, 0.0, ccd):
+        return
+    for pairs, is_edge_edge in _in_order(candidates):
+        for first in range(0, len(pairs), CHUNK):
+            chunk = pairs[first : first + CHUNK]
+            for pair in [] if is_free(chunk, is_edge_edge) else chunk:
+                nodes = pair.vertex_ids(edges, faces)
+                points = start[nodes].ravel(), end[nodes].ravel()
+                met, toi = pair.ccd(*points, 0.0, 1.0, ccd)
+                if met:
+                    yield nodes, is_edge_edge, toi
 
 
-def _in_order(candidates):
-    """Vertex-face and edge-edge pairs; trees built in parallel list them in any order."""
+def _in_order(candidates: Any) -> tuple[tuple[list[Any], bool], tuple[list[Any], bool]]:
+    """Sort the vertex-face and the edge-edge pairs, since parallel trees list them in any order."""
     import ipctk
 
     vertex_face = sorted(candidates.fv_candidates, key=lambda c: (c.vertex_id, c.face_id))
@@ -130,7 +161,8 @@ def _in_order(candidates):
     return (vertex_face, False), ([ipctk.EdgeEdgeCandidate(*pair) for pair in ends], True)
 
 
-def _finite(name, positions):
+def _finite(name: str, positions: ArrayLike) -> Floats:
+    """Return positions as f8; raise a ValueError if one is not finite."""
     positions = np.asarray(positions, float)
     bad = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(bad):

@@ -1,10 +1,17 @@
-"""Zones as least-distance problems, by SciPy's non-negative least squares.
+"""The optimum of a zone as a least-distance problem, by SciPy's non-negative least squares.
 
-The closest point to zero with C z >= s: minimise |E u - f| over u >= 0 with E = [C^T; s^T]
-and f = (0, ..., 0, 1). With the residual r = E u - f, the point is z = -r_head / r_last;
-r_last = 0 means that no point satisfies the constraints. Rounding leaves some 1e-16 there, so
-less than NOTHING counts as 0: the point would be a million times as far off as the largest
-violation.
+Question: which point z with C z >= s is closest to zero (the scaled zone of `answer.py`)?
+
+Method: minimise |E u - f| over u >= 0, with E = [C^T; s^T] and f = (0, ..., 0, 1). With the
+residual r = E u - f, the answer is z = -r_head / r_last. If r_last = 0, no point satisfies the
+constraints.
+
+Independent of `izo_ref`: the scaled zone is written from the mathematics, and the solver is
+SciPy's.
+
+Limits: the matrix is dense, so it suits zones of up to about 256 impacts. Rounding leaves about
+1e-16 in r_last even where it is zero. So r_last counts as zero if it is above -NOTHING; at that
+value the point would be a million times as far off as the largest violation.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974), 23.4.
 """
@@ -13,12 +20,23 @@ import time
 
 import numpy as np
 
-from validation.oracles.answer import Answer, no_answer, scaled_zone
+from validation.oracles.answer import Answer, ZoneArrays, no_answer, scaled_zone
 
-NOTHING = 1e-12  # |r|^2 = -r_last, and 1 / r_last = -(1 + |z|^2)
+# |r|^2 = -r_last and 1 / r_last = -(1 + |z|^2), so 1e-12 means |z| = 1e6; the largest violation
+# in scaled variables is 1.
+NOTHING = 1e-12
 
 
-def solve(problem, max_iterations=None) -> Answer:
+def solve(problem: ZoneArrays, max_iterations: int | None = None) -> Answer:
+    """Solve a zone.
+
+    Args:
+        problem: A zone problem.
+        max_iterations: Limit of iterations; 30 times the number of impacts if None.
+
+    Returns:
+        The answer, without displacements if SciPy fails or no point satisfies the constraints.
+    """
     from scipy.optimize import nnls
 
     begin = time.perf_counter()

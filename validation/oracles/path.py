@@ -1,69 +1,95 @@
 """Whether a pair meets on its way from t = 0 to t = 1, exactly.
 
-A pair is a point and a triangle, or two segments: the convex hulls of two sets of nodes,
-four nodes p_0 .. p_3 together, each moving on a straight line at constant speed. Floats are
-rationals; a common factor, which changes no answer, makes them integers, and every
-quantity below is then a polynomial in t with integer coefficients, of degree 3 at most.
+Question: do the two sides of a pair have a common point at some time in [0, 1], and when first?
 
-At one time. The hulls of A and B have a common point if and only if there are numbers l_i,
-not all zero, with sum l_i = 0 and sum l_i p_i = 0, l_i >= 0 on A and l_i <= 0 on B (divide
-by the sum over A, which is not zero). So the four nodes are coplanar,
+Method: rational arithmetic and the signs of polynomials at their real roots, by python-flint. The
+argument below proves that the answer is right for every input, degenerate shapes included.
+
+Independent of `izo_ref`: the package decides the same question in `certificate/exact_path.py`, by
+Sturm's theorem and Bernstein coefficients on Python's integers. This module factorises polynomials
+and evaluates them on intervals by FLINT, isolates roots by Descartes' rule, and derives its
+conditions anew.
+
+Limits: the motion is straight, at constant speed, and positions are finite floats. There is no
+tolerance and no limit on the coordinates. It decides one pair at a time.
+
+The argument
+------------
+A pair is a point and a triangle, or two segments. Its sides are the convex hulls of two sets of
+nodes, A and B. Together they have four nodes p_0 .. p_3, each of which moves on a straight line at
+constant speed. Floats are rationals. A common factor makes them integers and changes no answer, so
+every quantity below is a polynomial in t with integer coefficients, of degree 3 at most.
+
+At one time. The hulls of A and B have a common point if and only if there are numbers l_i, not all
+zero, with sum l_i = 0, sum l_i p_i = 0, l_i >= 0 on A and l_i <= 0 on B (divide by the sum over A,
+which is not zero). Then the four nodes are coplanar:
 
     D = det(p_1 - p_0, p_2 - p_0, p_3 - p_0) = 0.
 
-For coplanar nodes look along each coordinate axis, and let
+For coplanar nodes, project along each coordinate axis and let
 
-    l_i = (-1)^i (twice the signed area of the projected triangle of the other three).
+    l_i = (-1)^i (twice the signed area of the projected triangle of the other three nodes).
 
-By Laplace's expansion sum l_i = 0 and sum l_i p_i = 0 in the projection. If the nodes are not
-all on one line, the plane has an axis along which it is not seen as a line; there the
-projection is affine and one to one on the plane, so l is a dependence of the nodes in space
-too, not zero, and every other one is a multiple of it; along the remaining axes l is a multiple
-of the same (perhaps zero). So the hulls meet if and only if
+By Laplace's expansion, sum l_i = 0 and sum l_i p_i = 0 hold in the projection.
 
-    (1) along each axis, the l_i on A and the -l_i on B have no two of opposite sign.
+First case: the nodes are not all on one line. Then their plane does not project to a line along at
+least one of the axes. The projection along such an axis is affine and one to one on the plane. So
+this l is not zero, it satisfies sum l_i p_i = 0 in space too, and every other such set of numbers
+is a multiple of it. Along the remaining axes, l is a multiple of the same set, perhaps zero. So the
+hulls meet if and only if
 
-If the nodes are on one line, or at one point, every l is zero, and (1) holds idly. A coordinate
-that differs at all is then one to one on the line, so the hulls meet if and only if
+    (1) along each axis, the l_i on A and the -l_i on B include no two of opposite sign.
+
+Second case: the nodes are on one line or at one point. Then every l is zero, and (1) is always
+true. A coordinate that is not the same for all nodes is one to one on the line. So the hulls meet
+if and only if
 
     (2) on each axis, the intervals spanned by A and by B overlap,
 
-that is, the differences b - a for a in A, b in B are neither all positive nor all negative.
-(2) is necessary in every case. Hence, whatever the shapes: coplanar hulls meet if and only
-if (1) and (2), which are sign conditions on l (degree 2) and on the differences (degree 1).
+that is, the differences b - a for a in A and b in B are neither all positive nor all negative.
 
-On the path. The times of meeting are a closed set, since the hulls are compact and move
-continuously. If D is not the zero polynomial they are among its roots. If it is, (1) and (2)
-decide at every time, and between consecutive roots of those l and differences that do not
-vanish identically no sign changes: the hulls meet throughout such an open interval or never,
-and in the first case at its ends as well, since the set is closed. Each interval in [0, 1] has
-0 or a root as its left end, so it is enough to try t = 0 and all roots in [0, 1].
+(2) is necessary in the first case, too. Hence, whatever the shapes are, coplanar hulls meet if and
+only if (1) and (2) hold. Both are conditions on signs: of l (degree 2) and of differences (degree
+1).
 
-Signs at a root. A root tau is kept as an irreducible factor f and a bracket of rationals with
-no other root of f. q(tau) = 0 if and only if f divides q; if not, the values of q on a bracket
-that is narrow enough exclude zero. So every sign is certain, and no tolerance is needed.
+On the path. The times at which the hulls meet are a closed set, since the hulls are compact and
+move continuously. If D is not the zero polynomial, these times are among its roots. If D is zero,
+(1) and (2) decide at every time. Consider all l and all differences that do not vanish identically.
+Between two consecutive roots of these polynomials no sign changes, so the hulls meet either
+throughout that open interval or never in it. In the first case they also meet at the ends of the
+interval, since the set is closed. Each interval in [0, 1] has 0 or a root as its left end, so it is
+enough to test t = 0 and all roots in [0, 1].
+
+Signs at a root. A root tau is kept as an irreducible factor f and an interval with rational ends
+that has no other root of f. q(tau) = 0 if and only if f divides q. Otherwise the values of q on an
+interval that is narrow enough exclude zero. So every sign is certain, and no tolerance is needed.
 """
 
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from itertools import pairwise
 from math import gcd, lcm
+from typing import TypeAlias
 
 import numpy as np
 from flint import arb, ctx, fmpq, fmpz_poly
+from numpy.typing import ArrayLike
 
-FIRST_BITS = 64  # of the widest bracket; any value gives the same answers
+Node: TypeAlias = list[fmpz_poly]  # three coordinates, polynomials of degree one in t
+
+FIRST_BITS = 64  # the first intervals are at most 2^-64 wide; any value gives the same answers
 TIME = fmpz_poly([0, 1])
 
 
 class _Root:
-    """The one root, in [low, high], of an irreducible polynomial; low == high if rational."""
+    """The one root of an irreducible polynomial in [low, high]; low == high if it is rational."""
 
-    def __init__(self, polynomial, low, high):
+    def __init__(self, polynomial: fmpz_poly, low: fmpq, high: fmpq) -> None:
         self.polynomial, self.low, self.high = polynomial, low, high
         self._rises = polynomial(high) > 0
 
-    def refine(self, bits):
-        """Halve the bracket until it is no wider than 2^-bits."""
+    def refine(self, bits: int) -> None:
+        """Halve the interval until it is no wider than 2^-bits."""
         width = fmpq(1, 2**bits)
         while self.high - self.low > width:
             middle = (self.low + self.high) / 2
@@ -72,34 +98,34 @@ class _Root:
             else:
                 self.low = middle
 
-    def sign(self, polynomial):
-        """-1, 0 or 1: the sign of another polynomial at this root."""
+    def sign(self, polynomial: fmpz_poly) -> int:
+        """Return the sign of another polynomial at this root: -1, 0 or 1."""
         bits = FIRST_BITS
         while True:
             self.refine(bits)
             with ctx.workprec(bits):
                 value = polynomial(arb(self.low).union(arb(self.high)))
-            if value != 0:  # true only if the whole ball is on one side
+            if value != 0:  # true only if the whole ball is on one side of zero
                 return 1 if value > 0 else -1
             if bits == FIRST_BITS and self.polynomial.gcd(polynomial).degree() > 0:
                 return 0
             bits *= 2
 
 
-def _variations(polynomial):
-    """Sign changes of (1 + x)^n p(1 / (1 + x)): Descartes' bound for p's roots in (0, 1).
+def _variations(polynomial: fmpz_poly) -> int:
+    """Count the sign changes of (1 + x)^n p(1 / (1 + x)), Descartes' bound for p's roots in (0, 1).
 
-    It exceeds their number by an even number, so 0 and 1 are exact.
+    The bound exceeds the number of roots by an even number, so a bound of 0 or 1 is exact.
     """
     coefficients = fmpz_poly(polynomial.coeffs()[::-1])(1 + TIME).coeffs()
     signs = [c > 0 for c in coefficients if c != 0]
     return sum(a != b for a, b in pairwise(signs))
 
 
-def _real_roots(polynomial):
-    """The roots in [0, 1] of an irreducible polynomial.
+def _real_roots(polynomial: fmpz_poly) -> list[_Root]:
+    """Return the roots in [0, 1] of an irreducible polynomial.
 
-    If the degree is not 1 none is rational, and halving the interval separates them.
+    If the degree is not 1, no root is rational, and halving the interval separates them.
     """
     coefficients, degree = polynomial.coeffs(), polynomial.degree()
     if degree == 1:
@@ -117,8 +143,8 @@ def _real_roots(polynomial):
     return roots
 
 
-def _roots_on_path(polynomials):
-    """Each root in [0, 1] of each polynomial; none of them is zero."""
+def _roots_on_path(polynomials: Iterable[fmpz_poly]) -> Iterator[_Root]:
+    """Yield each root in [0, 1] of some polynomials, none of which is the zero polynomial."""
     tried = []
     for polynomial in polynomials:
         for factor, _ in polynomial.factor()[1]:
@@ -127,8 +153,8 @@ def _roots_on_path(polynomials):
                 yield from _real_roots(factor)
 
 
-def _integers(values):
-    """Finite floats times one positive rational, as integers without a common divisor."""
+def _integers(values: Iterable[float]) -> list[int]:
+    """Multiply finite floats by one positive rational: integers without a common divisor."""
     ratios = [float(value).as_integer_ratio() for value in values]
     common = lcm(*(denominator for _, denominator in ratios))
     integers = [numerator * (common // denominator) for numerator, denominator in ratios]
@@ -136,8 +162,12 @@ def _integers(values):
     return [integer // divisor for integer in integers]
 
 
-def _nodes(start, end):
-    """The four nodes: three polynomials of degree one in t each."""
+def _nodes(start: ArrayLike, end: ArrayLike) -> list[Node]:
+    """Return the four nodes, each as three polynomials of degree one in t.
+
+    Raises:
+        ValueError: A shape is wrong or a number is not finite.
+    """
     positions = np.array([start, end], np.float64)
     if positions.shape != (2, 4, 3) or not np.isfinite(positions).all():
         raise ValueError(
@@ -148,20 +178,19 @@ def _nodes(start, end):
     return [lines[3 * i : 3 * i + 3] for i in range(4)]
 
 
-def _area(p, q, r, j, k):
-    """Twice the signed area of a triangle seen on the plane of the axes j and k."""
+def _area(p: Node, q: Node, r: Node, j: int, k: int) -> fmpz_poly:
+    """Compute twice the signed area of a triangle projected on the plane of the axes j and k."""
     return (q[j] - p[j]) * (r[k] - p[k]) - (q[k] - p[k]) * (r[j] - p[j])
 
 
-def _volume(p, q, r, s):
-    """det(q - p, r - p, s - p)."""
-    return sum(
-        (s[i] - p[i]) * _area(p, q, r, j, k) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-    )
+def _volume(p: Node, q: Node, r: Node, s: Node) -> fmpz_poly:
+    """Compute det(q - p, r - p, s - p)."""
+    terms = [(s[i] - p[i]) * _area(p, q, r, j, k) for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1))]
+    return terms[0] + terms[1] + terms[2]
 
 
-def _dependences(first, second):
-    """Condition (1): along each axis l on the first side and -l on the second."""
+def _dependences(first: list[Node], second: list[Node]) -> Iterator[list[fmpz_poly]]:
+    """Yield, for condition (1) and each axis, l on the first side and -l on the second."""
     p, q, r, s = first + second
     for j, k in ((1, 2), (2, 0), (0, 1)):
         areas = (_area(q, r, s, j, k), -_area(p, r, s, j, k))
@@ -169,14 +198,16 @@ def _dependences(first, second):
         yield [area if i < len(first) else -area for i, area in enumerate(areas)]
 
 
-def _differences(first, second):
-    """Condition (2): on each axis all b - a."""
+def _differences(first: list[Node], second: list[Node]) -> Iterator[list[fmpz_poly]]:
+    """Yield, for condition (2) and each axis, all differences b - a."""
     for axis in range(3):
         yield [b[axis] - a[axis] for a in first for b in second]
 
 
-def _coplanar_hulls_meet(root, dependences, differences):
-    """Conditions (1) and (2) at one time at which the nodes are coplanar."""
+def _coplanar_hulls_meet(
+    root: _Root, dependences: list[list[fmpz_poly]], differences: list[list[fmpz_poly]]
+) -> bool:
+    """Return whether (1) and (2) hold at a time at which the nodes are coplanar."""
     for group in differences:
         signs = [root.sign(difference) for difference in group]
         if min(signs) > 0 or max(signs) < 0:
@@ -188,8 +219,8 @@ def _coplanar_hulls_meet(root, dependences, differences):
     return True
 
 
-def _meetings(is_edge_edge, start, end):
-    """Times of meeting, as roots, the first time of all among them; none if there is none."""
+def _meetings(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> Iterator[_Root]:
+    """Yield times at which the pair meets; the first of all is among them, if there is one."""
     nodes = _nodes(start, end)
     split = 2 if is_edge_edge else 1
     dependences = list(_dependences(nodes[:split], nodes[split:]))
@@ -197,36 +228,48 @@ def _meetings(is_edge_edge, start, end):
     volume = _volume(*nodes)
     if volume != 0:
         watched = [volume]
-    else:  # coplanar all the time; the root of TIME is t = 0
+    else:  # the nodes are coplanar all the time; the root of TIME is t = 0
         watched = [TIME, *(q for group in dependences + differences for q in group if q != 0)]
     for root in _roots_on_path(watched):
         if _coplanar_hulls_meet(root, dependences, differences):
             yield root
 
 
-def meets(is_edge_edge, start, end) -> bool:
-    """Whether the two sides of a pair have a common point at some time in [0, 1].
+def meets(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> bool:
+    """Return whether the two sides of a pair have a common point at some time in [0, 1].
 
     Args:
-        is_edge_edge: whether the nodes are the ends of one edge, then of the other; if not,
-            they are a vertex, then the corners of a face.
-        start, end: (4, 3) float64, the nodes' positions at t = 0 and t = 1.
+        is_edge_edge: Whether the nodes are the ends of one edge and of the other; otherwise they
+            are a vertex and the corners of a face.
+        start: (4, 3) float64, positions of the nodes at t = 0.
+        end: (4, 3) float64, positions of the nodes at t = 1.
 
     Raises:
-        ValueError: a shape is wrong or a number is not finite.
+        ValueError: A shape is wrong or a number is not finite.
     """
     return any(True for _ in _meetings(is_edge_edge, start, end))
 
 
-def first_meeting(is_edge_edge, start, end):
-    """Fractions (lower, upper) around the first time of meeting, or None if there is none.
+def first_meeting(
+    is_edge_edge: bool, start: ArrayLike, end: ArrayLike
+) -> tuple[Fraction, Fraction] | None:
+    """Return an interval around the first time at which a pair meets.
 
-    Args: as of `meets`.
+    Args:
+        is_edge_edge: As for `meets`.
+        start: As for `meets`.
+        end: As for `meets`.
+
+    Returns:
+        The lower and the upper end, at most 2^-64 apart; None if the pair does not meet.
+
+    Raises:
+        ValueError: A shape is wrong or a number is not finite.
     """
     roots = list(_meetings(is_edge_edge, start, end))
     if not roots:
         return None
     for root in roots:
         root.refine(FIRST_BITS)
-    first = [min(root.low for root in roots), min(root.high for root in roots)]
-    return tuple(Fraction(int(time.p), int(time.q)) for time in first)
+    low, high = min(root.low for root in roots), min(root.high for root in roots)
+    return Fraction(int(low.p), int(low.q)), Fraction(int(high.p), int(high.q))

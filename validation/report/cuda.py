@@ -1,10 +1,15 @@
-"""Rows of `study.cuda` to `reports/cuda/README.md`."""
+"""The page of a GPU, from the rows of `study/cuda.py`."""
+
+from collections.abc import Iterable
+from pathlib import Path
 
 from validation.ptx import FRAMES
-from validation.report.tables import table, write
-from validation.rows import read, runs
+from validation.report.catalogue import Headline
+from validation.report.tables import NOT_MEASURED, run_table, table, write_page
+from validation.rows import Columns, Row, read, runs_of
 
-KERNELS = {
+PARTS = ("kernels", "detection", "zones", "steps", "launches", "memory")
+KERNELS: Columns = {
     "kernel": "kernel",
     "types": "types",
     "compute capability": "capability",
@@ -13,21 +18,21 @@ KERNELS = {
     "stack [B]": "stack_bytes",
     "spilled [B]": "spilled_bytes",
 }
-DETECTION = {
+DETECTION: Columns = {
     "step": "step",
     "GPU": "gpu",
     "triangles": "triangles",
     "impacts": "impacts",
-    "pairs only the GPU has": "only_gpu",
-    "only the CPU": "only_cpu",
+    "pairs of the GPU only": "only_gpu",
+    "pairs of the CPU only": "only_cpu",
     "largest difference of times": "toi_difference",
     "of normals": "normal_difference",
     "GPU [ms]": "gpu_ms",
-    "floor [ms]": "floor_ms",
+    "lower bound [ms]": "floor_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
 }
-ZONES = {
+ZONES: Columns = {
     "impacts": "impacts",
     "GPU": "gpu",
     "steps": "steps",
@@ -37,78 +42,141 @@ ZONES = {
     "CPU, default [ms]": "cpu_ms",
     "CPU / kernel": "ratio",
 }
-STEPS = {
+STEPS: Columns = {
     "step": "step",
     "GPU": "gpu",
     "triangles": "triangles",
     "status": "status",
-    "of the CPU": "cpu_status",
+    "status on the CPU": "cpu_status",
     "objective / CPU's": "objective",
-    "farthest apart [m]": "apart_m",
-    "same bits again": "same_again",
+    "largest distance of positions [m]": "apart_m",
+    "same bits in a second run": "same_again",
     "zones solved": "solved",
-    "by the CPU": "left",
+    "left to the CPU": "left",
     "iterations": "iterations",
-    "of the CPU ": "cpu_iterations",
+    "iterations on the CPU": "cpu_iterations",
     "loop [ms]": "loop_ms",
     "certificate [ms]": "certify_ms",
     "whole [ms]": "gpu_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
 }
-LAUNCHES = {
+LAUNCHES: Columns = {
     "triangles": "triangles",
     "GPU": "gpu",
     "iterations": "iterations",
     "launches": "launches",
     "arrays": "arrays",
 }
-MEMORY = {"tool": "tool", "GPU": "gpu", "passed": "passed", "it says": "said"}
-NOT_YET = "Not measured yet."
+MEMORY: Columns = {"tool": "tool", "GPU": "gpu", "passed": "passed", "it says": "said"}
+INTRO = (
+    "Measured by `python -m validation study cuda`. ptxas says what each kernel needs, which takes "
+    "no GPU. The times of kernels and of detection on a GPU are measured with its events, those of "
+    "whole steps with the clock. Each time is the median of five runs, after one run that does not "
+    "count."
+)
+LOWER_BOUND = (
+    "The lower bound is the time to move once all data that have to be moved, at the rate of a "
+    "copy within the memory of the GPU."
+)
 # M. Tang et al. (2018), table of benchmarks: GTX 1080, float32
 ICLOTH = (
-    "I-Cloth's published figures, of a GTX 1080 in float32: 66 to 654 ms for the collision "
-    "handling of a step of 90 to 215 thousand triangles; 2.86 ms for the zones of a frame."
+    "For comparison, I-Cloth's published figures, on a GTX 1080 in float32, are 66 to 654 ms for "
+    "the collision handling of a step with 90 to 215 thousand triangles, and 2.86 ms for the zones "
+    "of a frame."
+)
+LAUNCHES_INTRO = (
+    "The steps are sheets that meet. With more triangles, trees have more levels and sorts have "
+    "more passes. The simulator counts launches too: run `--only launches` with "
+    "`NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1`."
 )
 
 
-def cuda_report(folder, command):
-    """Write the page.
+def page(rows_folder: Path, output: Path) -> Path:
+    """Write `README.md`.
 
     Args:
-        folder: `Path`, of the page; rows are in `rows/` there.
-        command: that made it.
+        rows_folder: Folder of the CSV files, one for each of PARTS.
+        output: Folder of the page.
+
+    Returns:
+        Path of the page.
     """
-    names = ("kernels", "detection", "zones", "steps", "launches", "memory")
-    rows = {name: read(folder / "rows", name) for name in names}
-    used = {row["run"] for part in rows.values() for row in part}
-    made = [run for run in runs(folder / "rows") if run["run"] in used]
-
-    def measured(columns, name, kernel="gpu_ms"):
-        own = [row | {"ratio": _over(row.get("cpu_ms"), row.get(kernel))} for row in rows[name]]
-        return table(columns, own) if own else NOT_YET
-
-    parts = [
+    rows = {name: read(rows_folder, name) for name in PARTS}
+    made = runs_of(rows_folder, (row for part in rows.values() for row in part))
+    sections = (
         "# On a GPU",
-        f"Made by `{command}`. What a kernel takes is what ptxas says, which needs no GPU. Times "
-        "on a GPU are of device events, and of whole steps by the clock; medians of five runs "
-        "after one that does not count.",
-        table({"run": "run", "commit": "commit", "machine": "machine", "begun": "started"}, made),
-        "## Detection: the same impacts, and how long it takes\n\nThe floor is what it takes to "
-        "move once what cannot be left out, at the rate of a copy on the device itself.\n\n"
-        + measured(DETECTION, "detection"),
-        "## Zones: one alone, by the semismooth Newton method; up to 4096 impacts by one block\n\n"
-        + measured(ZONES, "zones", "kernel_ms"),
-        f"## Whole steps\n\n{ICLOTH}\n\n" + measured(STEPS, "steps"),
-        "## Launches of whole steps, and arrays made\n\nOf meeting sheets; with more of them trees "
-        "have more levels, and sorts more passes. The simulator counts them too: `--only launches` "
-        "with `NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1`.\n\n" + measured(LAUNCHES, "launches"),
-        "## Memory: `compute-sanitizer` on a small step\n\n" + measured(MEMORY, "memory"),
-        "## Kernels\n\n" + measured(KERNELS, "kernels"),
+        INTRO,
+        run_table(made),
+        "## Detection: whether a GPU finds the same impacts, and how long it takes",
+        LOWER_BOUND,
+        _measured(DETECTION, rows["detection"]),
+        "## Zones: one zone in a call, by the semismooth Newton method",
+        "Zones of up to 4096 impacts are solved by one block of threads.",
+        _measured(ZONES, rows["zones"], "kernel_ms"),
+        "## Whole steps",
+        ICLOTH,
+        _measured(STEPS, rows["steps"]),
+        "## Launches of kernels and new arrays in whole steps",
+        LAUNCHES_INTRO,
+        _measured(LAUNCHES, rows["launches"]),
+        "## Memory: `compute-sanitizer` on a small step",
+        _measured(MEMORY, rows["memory"]),
+        "## Kernels",
+        _measured(KERNELS, rows["kernels"]),
         *(f"`{kernel}` has a stack frame: {reason}." for kernel, reason in FRAMES.items()),
-    ]
-    write(folder / "README.md", "\n\n".join(part.strip() for part in parts) + "\n")
+    )
+    return write_page(output / "README.md", sections)
 
 
-def _over(value, other):
+def headlines(rows_folder: Path) -> list[Headline]:
+    """Return the figures that stand for this report; an empty list if it was not measured."""
+    found = []
+    kernels = read(rows_folder, "kernels")
+    if kernels:
+        names = {row["kernel"] for row in kernels}
+        spilled = {row["kernel"] for row in kernels if row["stack_bytes"] or row["spilled_bytes"]}
+        capabilities = ", ".join(dict.fromkeys(row["capability"] for row in kernels))
+        others = f"; the other is `{', '.join(sorted(spilled))}`" if spilled else ""
+        found.append(
+            Headline(
+                "Kernels without a stack frame or spilled registers",
+                f"{len(names) - len(spilled)} of {len(names)}",
+                f"ptxas says so for the compute capabilities {capabilities}{others}.",
+            )
+        )
+    steps = read(rows_folder, "steps")
+    if steps:
+        ratios = [row["cpu_ms"] / row["gpu_ms"] for row in steps]
+        figure = f"{min(ratios):.2g} to {max(ratios):.2g} times as fast"
+        gpus = ", ".join(dict.fromkeys(row["gpu"] for row in steps))
+        found.append(
+            Headline(
+                "Whole steps on a GPU", figure, f"{len(steps)} steps on {gpus}, next to the CPU."
+            )
+        )
+    else:
+        found += _launches(read(rows_folder, "launches"))
+    return found
+
+
+def _launches(rows: list[Row]) -> Iterable[Headline]:
+    """Yield the headline of a study that has not measured times on a GPU yet."""
+    if rows:
+        last = rows[-1]
+        yield Headline(
+            "Launches of kernels in a step",
+            f"{last['launches']:,}",
+            f"{last['triangles']:,} triangles and {last['iterations']} iterations, counted on: "
+            f"{last['gpu']}. Times on a GPU are not measured yet.",
+        )
+
+
+def _measured(columns: Columns, rows: list[Row], own_ms: str = "gpu_ms") -> str:
+    """Return the table of a part, with the time of the CPU over that in a column."""
+    lines = [row | {"ratio": _over(row.get("cpu_ms"), row.get(own_ms))} for row in rows]
+    return table(columns, lines) if lines else NOT_MEASURED
+
+
+def _over(value: float | None, other: float | None) -> float | None:
     return value / other if value is not None and other else None

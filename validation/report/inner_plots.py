@@ -1,38 +1,46 @@
-"""Work-precision diagrams of zones: error against time, a panel a family."""
+"""Work-precision diagrams of zones: error against time, one small plot for each family."""
+
+from collections.abc import Iterator
+from typing import Any, Literal, TypeAlias
 
 from validation.report import plots
-from validation.report.measured import own_mode
+from validation.report.measured import Family, Measured, own_mode
+from validation.rows import Row
 from validation.study.cells import LIBRARY
 from validation.study.own import DIRECTIONS, DUAL
 
+# Lines of a plot: the dual methods and the libraries, or the augmented Lagrangian.
+Contestants: TypeAlias = Literal["library", "lagrangian"]
+Line: TypeAlias = tuple[str, list[Row], dict[str, Any]]  # name, points, style
+
 NCOLS = 3
-LEAST = 1e-16  # what is smaller is drawn here
+LEAST = 1e-16  # smaller values are drawn here
 MEASURES = {
     "error": "distance to the optimum, relative",
     "gap": "relative duality gap",
     "violation": "violation over thickness",
 }
-# Ours are dark lines with full markers, libraries grey ones with open markers.
+# Our solvers are dark lines with full markers, libraries grey lines with open markers.
 GREYS = ("#555555", "#8a8a8a", "#6f6f6f", "#a0a0a0")
 
 
-def work_precision(measured, measure, against="library") -> str:
-    """Small multiples as SVG.
+def work_precision(measured: Measured, measure: str, contestants: Contestants = "library") -> str:
+    """Return the plots of all families as one SVG.
 
     Args:
-        measured: `Measured`.
-        measure: one of MEASURES.
-        against: "library": the dual methods and the libraries; "lagrangian": the default
-            and each direction with the line search that came farthest.
+        measured: The rows.
+        measure: The vertical axis, one of MEASURES.
+        contestants: "library" draws the dual methods and the libraries; "lagrangian" draws the
+            default, and each direction with the line search that came closest.
     """
     families = measured.families
     nrows = -(-len(families) // NCOLS)
     fig, axes = plots.new(11.0, 2.6 * nrows + 1.2, NCOLS, nrows, squeeze=False, sharey=True)
     panels = axes.ravel()
-    lines = _library_lines if against == "library" else _lagrangian_lines
+    lines = _library_lines if contestants == "library" else _lagrangian_lines
     for ax, family in zip(panels, families, strict=False):
         for name, rows, look in lines(measured, family):
-            _line(ax, name, rows, measure, look)
+            _draw_line(ax, name, rows, measure, look)
         plots.logarithmic(ax)
         ax.set_title(family)
     for ax in panels[len(families) :]:
@@ -46,7 +54,7 @@ def work_precision(measured, measure, against="library") -> str:
     return plots.svg(fig)
 
 
-def _line(ax, name, rows, measure, look):
+def _draw_line(ax: Any, name: str, rows: list[Row], measure: str, look: dict[str, Any]) -> None:
     points = sorted(
         (row["seconds"], max(row[measure], LEAST))
         for row in rows
@@ -56,7 +64,7 @@ def _line(ax, name, rows, measure, look):
         ax.plot(*zip(*points, strict=True), label=name, **look)
 
 
-def _library_lines(measured, family):
+def _library_lines(measured: Measured, family: Family) -> Iterator[Line]:
     for i, method in enumerate(DUAL):
         look = plots.style(i) | {"color": plots.COLORS[i % 4], "markersize": 6}
         rows = measured.of(family, solver=method, precision="float64", threads=1)
@@ -70,7 +78,7 @@ def _library_lines(measured, family):
         yield name, measured.of(family, solver=name), look | {"linewidth": 1.0}
 
 
-def _lagrangian_lines(measured, family):
+def _lagrangian_lines(measured: Measured, family: Family) -> Iterator[Line]:
     auto = measured.of(family, solver="auto", mode="alone", threads=1, precision="float64")
     yield "auto", auto, plots.style(0) | {"linewidth": 2.4}
     for i, direction in enumerate(DIRECTIONS, 1):
@@ -79,11 +87,11 @@ def _lagrangian_lines(measured, family):
             for row in measured.of(family, solver=direction, precision="float64")
             if row["update"] == "every-step" and row["penalty"] == "fixed"
         ]
-        yield direction, _farthest(rows), plots.style(i)
+        yield direction, _closest(rows), plots.style(i)
 
 
-def _farthest(rows):
-    """Those of the line search that came to the smallest tolerance, or first to it."""
+def _closest(rows: list[Row]) -> list[Row]:
+    """Return the rows of the line search that reached the smallest tolerance, or did so first."""
     reached = [row for row in rows if row["reached"] is not None]
     if not reached:
         return [row for row in rows if row["line_search"] == "backtracking"]

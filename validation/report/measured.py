@@ -1,28 +1,45 @@
-"""What the rows of the study of zones say: times at an error, by family and solver."""
+"""What the rows of the study of zones say: the times to an error, by family and solver."""
 
-from validation.rows import read
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from validation.rows import Row, read
 from validation.study.cells import BATCH_IMPACTS, Cell
 from validation.study.own import DIRECTIONS, DUAL
 
 FIXED = tuple(method for method in DUAL if method != "auto")
-PARETO = 1.2  # within 20 % of the fastest
+NEARLY_FASTEST = 1.2  # times the fastest; a solver within it counts as among the fastest
+# Errors to which solvers are compared.
+ERROR, SMALL_ERROR = 1e-9, 1e-12
 
 
 class Family(str):
-    """A family's name, with its size."""
+    """The name of a family of zones, with the impacts of a zone in `size`."""
 
     size: int = 0
 
 
+class Target(NamedTuple):
+    """How fast the default has to be in a family."""
+
+    ratio: float  # the largest of the default's time to the library's
+    library: str | None  # None: the fastest
+
+
 class Measured:
-    """The rows, the last one of each key.
+    """The rows of the study; only the last row of each key counts.
 
     Attributes:
-        rows: list of dictionaries.
-        families: `Family`s in the order of the rows.
+        rows: The rows.
+        families: The families, in the order of the rows.
     """
 
-    def __init__(self, folder):
+    rows: list[Row]
+    families: list[Family]
+
+    def __init__(self, folder: Path) -> None:
+        """Read the rows from the folder of `inner.csv`."""
         by_key = {tuple(row[k] for k in Cell._fields): row for row in read(folder, "inner")}
         self.rows = list(by_key.values())
         self.families = []
@@ -32,118 +49,150 @@ class Measured:
                 family.size = row["size"]
                 self.families.append(family)
 
-    def of(self, family, **columns):
-        """Rows of a family with these values."""
+    def of(self, family: str, **columns: Any) -> list[Row]:
+        """Return the rows of a family that have these values in these columns."""
         return [
             row
             for row in self.rows
             if row["family"] == family and all(row[k] == v for k, v in columns.items())
         ]
 
-    def best(self, family, tolerance, mode=None, threads=1, **columns):
-        """The fastest row that reached a tolerance; None if none did."""
-        rows = [
+    def best(
+        self,
+        family: str,
+        tolerance: float,
+        mode: str | None = None,
+        threads: int = 1,
+        **columns: Any,
+    ) -> Row | None:
+        """Return the fastest row that reached a tolerance; None if none did.
+
+        Args:
+            family: The family of zones.
+            tolerance: Error that the residuals have to reach.
+            mode: "alone" or "batch", how many zones a call takes; None takes both.
+            threads: Number of threads.
+            columns: Further columns and their values.
+        """
+        rows = (
             row
             for row in self.of(family, threads=threads, **columns)
             if row["reached"] is not None
             and row["reached"] <= tolerance
             and (mode is None or row["mode"] == mode)
-        ]
-        return min(rows, key=lambda row: row["seconds"], default=None)
+        )
+        return min(rows, key=_seconds_of, default=None)
 
-    def library(self, family, tolerance):
+    def library(self, family: str, tolerance: float) -> Row | None:
+        """Return the fastest row of a library, as `best`."""
         return self.best(family, tolerance, kind="library")
 
-    def own(self, family, tolerance, mode=None, **columns):
-        """As `best`, of one of ours, timed as a step solves zones unless a mode is given."""
+    def own(
+        self, family: Family, tolerance: float, mode: str | None = None, **columns: Any
+    ) -> Row | None:
+        """Return the fastest row of our solvers, as `best`.
+
+        If no mode is given, zones are called as a step calls them.
+        """
         return self.best(family, tolerance, mode or own_mode(family), **columns)
 
-    def fixed(self, family, tolerance):
-        """{method: fastest row or None}, of each choice but the default."""
+    def fixed(self, family: Family, tolerance: float) -> dict[str, Row | None]:
+        """Return the fastest row of each method but the default; None if it misses the error."""
         found = {}
         for method in (*FIXED, *DIRECTIONS):
-            # many zones a call are timed only of methods that gain by it
+            # only methods that gain by it are timed with many zones a call
             mode = "alone" if method in (*DIRECTIONS, "interior-point") else None
             found[method] = self.own(family, tolerance, mode, solver=method, precision="float64")
         return found
 
 
-def own_mode(family):
-    """How zones of this size come: many in a call, or one."""
+def own_mode(family: Family) -> str:
+    """Return how a step calls zones of this size: "batch", many a call, or "alone"."""
     return "batch" if family.size <= BATCH_IMPACTS else "alone"
 
 
-def target(family):
-    """(largest ratio wanted of the default to the fastest library, library), or None."""
+def target(family: Family) -> Target | None:
+    """Return how fast the default has to be in a family; None if nothing is asked for."""
     if family.startswith("random-"):
         if family.size <= 64:
-            return 0.2, None
-        return (0.5, None) if family.size <= 1024 else None
-    return (0.5, "PIQP") if family.startswith("armadillo-") else None
+            return Target(0.2, None)
+        return Target(0.5, None) if family.size <= 1024 else None
+    return Target(0.5, "PIQP") if family.startswith("armadillo-") else None
 
 
-def default_rows(measured) -> list[dict]:
-    """A row a family: the default against the fastest library and every fixed choice."""
-    rows = []
-    for family in measured.families:
-        wanted = target(family)
-        default = measured.own(family, 1e-9, solver="auto")
-        closer = measured.own(family, 1e-12, solver="auto")
-        alone = measured.own(family, 1e-9, "alone", solver="auto")
-        library = measured.library(family, 1e-9)
-        if wanted and wanted[1]:
-            library = measured.best(family, 1e-9, solver=wanted[1])
-        fixed = {m: r for m, r in measured.fixed(family, 1e-9).items() if r}
-        rivals = [row["seconds"] for row in (*fixed.values(), library) if row]
-        best_fixed = min(fixed.values(), key=lambda row: row["seconds"], default=None)
-        many = max((r["threads"] for r in measured.of(family, solver="auto")), default=1)
-        together = measured.own(family, 1e-9, threads=many, solver="auto") or default
-        ratio, ratio_many = _ratio(default, library), _ratio(together, library)
-        row = {
-            "family": str(family),
-            "impacts": family.size,
-            "default": _seconds(default),
-            "default_12": _seconds(closer),
-            "alone": _seconds(alone),
-            "library": library and library["solver"],
-            "library_s": _seconds(library),
-            "ratio": ratio,
-            "ratio_12": _ratio(closer, library),
-            "ratio_alone": _ratio(alone, library),
-            "target": wanted and wanted[0],
-            "met": _met(ratio, wanted),
-            "threads": together and together["threads"],
-            "ratio_many": ratio_many,
-            "met_many": _met(ratio_many, wanted),
-            "met_12": _met(_ratio(closer, library), wanted),
-            "fixed": best_fixed and best_fixed["solver"],
-            "fixed_s": _seconds(best_fixed),
-            "against_fixed": _ratio(default, best_fixed),
-            "on_front": None,
-            "run": (default or library or {}).get("run"),
-        }
-        if default and rivals:
-            row["on_front"] = default["seconds"] <= PARETO * min(rivals)
-        elif rivals:
-            row["on_front"] = False
-        rows.append(row)
-    return rows
+def default_rows(measured: Measured) -> list[Row]:
+    """Return a row for each family: the default next to a library and to each fixed method."""
+    return [_default_row(measured, family) for family in measured.families]
 
 
-def _seconds(row):
-    return row and row["seconds"]
+def _default_row(measured: Measured, family: Family) -> Row:
+    wanted = target(family)
+    library = measured.library(family, ERROR)
+    if wanted and wanted.library:
+        library = measured.best(family, ERROR, solver=wanted.library)
+    default = measured.own(family, ERROR, solver="auto")
+    closer = measured.own(family, SMALL_ERROR, solver="auto")
+    alone = measured.own(family, ERROR, "alone", solver="auto")
+    most = max((row["threads"] for row in measured.of(family, solver="auto")), default=1)
+    threaded = measured.own(family, ERROR, threads=most, solver="auto") or default
+    ratio, ratio_12 = _ratio(default, library), _ratio(closer, library)
+    ratio_many = _ratio(threaded, library)
+    return {
+        "family": str(family),
+        "impacts": family.size,
+        "default": _seconds(default),
+        "default_12": _seconds(closer),
+        "alone": _seconds(alone),
+        "library": library and library["solver"],
+        "library_s": _seconds(library),
+        "ratio": ratio,
+        "ratio_12": ratio_12,
+        "ratio_alone": _ratio(alone, library),
+        "target": wanted and wanted.ratio,
+        "met": _met(ratio, wanted),
+        "threads": threaded and threaded["threads"],
+        "ratio_many": ratio_many,
+        "met_many": _met(ratio_many, wanted),
+        "met_12": _met(ratio_12, wanted),
+        **_against_fixed(default, measured.fixed(family, ERROR).values(), library),
+        "run": (default or library or {}).get("run"),
+    }
 
 
-def _ratio(own, other):
+def _against_fixed(default: Row | None, fixed: Iterable[Row | None], library: Row | None) -> Row:
+    """Return how the default compares with the fastest fixed method, and with all others."""
+    reached = [row for row in fixed if row]
+    fastest = min(reached, key=_seconds_of, default=None)
+    rivals = [row["seconds"] for row in (*reached, library) if row]
+    among_fastest = None
+    if rivals:
+        among_fastest = bool(default) and default["seconds"] <= NEARLY_FASTEST * min(rivals)
+    return {
+        "fixed": fastest and fastest["solver"],
+        "fixed_s": _seconds(fastest),
+        "against_fixed": _ratio(default, fastest),
+        "among_fastest": among_fastest,
+    }
+
+
+def _seconds_of(row: Row) -> float:
+    return row["seconds"]
+
+
+def _seconds(row: Row | None) -> float | None:
+    return row["seconds"] if row else None
+
+
+def _ratio(own: Row | None, other: Row | None) -> float | None:
     return own["seconds"] / other["seconds"] if own and other else None
 
 
-def _met(ratio, wanted):
-    return ratio <= wanted[0] if wanted and ratio is not None else None
+def _met(ratio: float | None, wanted: Target | None) -> bool | None:
+    return ratio <= wanted.ratio if wanted and ratio is not None else None
 
 
-def label(row) -> str:
-    """A solver with its choices, in short."""
+def label(row: Row) -> str:
+    """Return the short name of a solver with its choices."""
     name = row["solver"]
     if row["kind"] == "lagrangian" and not name.startswith("preset"):
         name = f"{name}, {row['line_search']}"
@@ -154,8 +203,8 @@ def label(row) -> str:
     return name if row["precision"] == "float64" else f"{name}, {row['precision']}"
 
 
-def duration(seconds) -> str:
-    """With a unit that makes it readable; empty for None."""
+def duration(seconds: float | None) -> str:
+    """Return a time with a unit that makes it readable; an empty string for None."""
     if seconds is None:
         return ""
     for unit, scale in (("s", 1.0), ("ms", 1e-3)):

@@ -1,29 +1,33 @@
-"""Plots of the page of steps: a small one for each step, and one legend."""
+"""Plots of the page of whole steps: a small plot for each step, and one legend."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
 
 from validation.report import plots, site
+from validation.rows import Row
 from validation.study.outer import DEFAULT, PEER, ROUNDS, SELECTIONS, THICKNESSES_M
 
-# Excesses below are drawn here: the best known has none, and a logarithm has no zero.
+# Smaller excesses are drawn here: the best known has an excess of zero, which has no logarithm.
 FLOOR = 1e-6
 WIDTH, HEIGHT = 3.5, 2.9
 SMALLEST, LARGEST = 4.0, 9.0  # markers [pt]
 
 
-def rounds_figure(rows):
-    """Selections as lines through the rounds; the looser tolerance hollow."""
+def rounds_figure(rows: list[Row]) -> str:
+    """Return plots with a line for each selection, through its rounds; loose tolerances hollow."""
     at = [row for row in _drawn(rows) if row["thickness"] == DEFAULT.thickness]
     caption = (
-        "Excess of the objective over the best known against CPU time, thickness "
-        f"{1e3 * DEFAULT.thickness:g} mm. A line joins 0 to 3 rounds of new normals, from small "
-        "to large markers, tolerance 1e-9; hollow: 3 rounds, tolerance 1e-6; asterisk: "
-        f"{PEER}, recorded elsewhere. At or below {FLOOR:g} is drawn at {FLOOR:g}. Down and left "
-        "is better."
+        "Excess of the objective over the best known against CPU time, at a thickness of "
+        f"{1e3 * DEFAULT.thickness:g} mm. A line joins 0 to 3 rounds of new normals at a tolerance "
+        "of 1e-9; the markers grow with the rounds. A hollow marker shows 3 rounds at a tolerance "
+        f"of 1e-6, an asterisk {PEER}, which was recorded elsewhere. Values at or below {FLOOR:g} "
+        f"are drawn at {FLOOR:g}. Down and left is better."
     )
     return _figure(at, _rounds_panel, caption)
 
 
-def thickness_figure(rows):
-    """Selections as lines through the thicknesses."""
+def thickness_figure(rows: list[Row]) -> str:
+    """Return plots with a line for each selection, through its thicknesses."""
     at = [
         row
         for row in _drawn(rows)
@@ -33,18 +37,18 @@ def thickness_figure(rows):
     values = sorted({row["thickness"] for row in at})
     shown = ", ".join(f"{1e3 * value:g}" for value in values)
     caption = (
-        "Excess of the objective over the best known at the same thickness, against CPU time: "
-        f"{shown} mm, from small to large markers; 3 rounds, tolerance 1e-9. At or below {FLOOR:g} "
-        f"is drawn at {FLOOR:g}."
+        "Excess of the objective over the best known at the same thickness, against CPU time. A "
+        f"line joins the thicknesses {shown} mm, from small to large markers, with 3 rounds and a "
+        f"tolerance of 1e-9. Values at or below {FLOOR:g} are drawn at {FLOOR:g}."
     )
     return _figure([row for row in at if row["step"] in several], _thickness_panel, caption)
 
 
-def _drawn(rows):
+def _drawn(rows: list[Row]) -> list[Row]:
     return [row for row in rows if row["excess"] is not None]
 
 
-def _figure(rows, panel, caption):
+def _figure(rows: list[Row], panel: Callable[[Any, list[Row]], None], caption: str) -> str:
     if not rows:
         return site.NOT_MEASURED
     names = list(dict.fromkeys(row["step"] for row in rows))
@@ -54,8 +58,8 @@ def _figure(rows, panel, caption):
         figure, ax = plots.new(WIDTH, HEIGHT)
         panel(ax, own)
         plots.logarithmic(ax)
-        _room(ax, own)
-        ax.set_title(f"{name}", loc="left", fontsize=10)
+        _set_limits(ax, own)
+        ax.set_title(str(name), loc="left", fontsize=10)
         ax.set(xlabel="CPU time [s]", ylabel="excess")
         drawings.append(plots.svg(figure))
     labels = [f"{name}: excess of the objective against CPU time" for name in names]
@@ -63,7 +67,7 @@ def _figure(rows, panel, caption):
     return site.figure(body, caption, site.run_ids(rows))
 
 
-def _rounds_panel(ax, rows):
+def _rounds_panel(ax: Any, rows: list[Row]) -> None:
     for i, selection in enumerate(SELECTIONS):
         own = [row for row in rows if row["selection"] == selection]
         tight = [row for row in own if row["tolerance"] == DEFAULT.tolerance]
@@ -75,14 +79,14 @@ def _rounds_panel(ax, rows):
     ax.plot(*_points(peer), **_peer_style())
 
 
-def _thickness_panel(ax, rows):
+def _thickness_panel(ax: Any, rows: list[Row]) -> None:
     for i, selection in enumerate(SELECTIONS):
         own = [row for row in rows if row["selection"] == selection]
         _line(ax, own, i, "thickness", THICKNESSES_M)
 
 
-def _line(ax, rows, i, key, values):
-    """A line whose markers grow with a column, from the first of its values to the last."""
+def _line(ax: Any, rows: list[Row], i: int, key: str, values: Sequence[float]) -> None:
+    """Draw a line whose markers grow with a column, from the first of its values to the last."""
     rows = sorted(rows, key=lambda row: row[key])
     style = plots.style(i)
     ax.plot(*_points(rows), color=style["color"], linestyle=style["linestyle"])
@@ -92,16 +96,16 @@ def _line(ax, rows, i, key, values):
         ax.plot(*_points([row]), **style | {"linestyle": "none", "markersize": size})
 
 
-def _points(rows):
+def _points(rows: list[Row]) -> tuple[list[float], list[float]]:
     return [row["cpu_s"] for row in rows], [max(row["excess"], FLOOR) for row in rows]
 
 
-def _peer_style():
+def _peer_style() -> dict[str, Any]:
     return {"color": plots.INK, "marker": (8, 2, 0), "linestyle": "none", "markersize": 10}
 
 
-def _room(ax, rows):
-    """Both axes over a decade at least: tick labels stay apart, and noise looks like noise."""
+def _set_limits(ax: Any, rows: list[Row]) -> None:
+    """Let both axes cover a decade at least: tick labels stay apart, and noise looks small."""
     times, excesses = _points(rows)
     middle = (min(times) * max(times)) ** 0.5
     half = max((max(times) / min(times)) ** 0.5 * 1.3, 3.5)
@@ -109,8 +113,8 @@ def _room(ax, rows):
     ax.set_ylim(FLOOR / 2.0, max(10.0 * FLOOR, 2.0 * max(excesses)))
 
 
-def _legend(rows):
-    """A drawing of the legend alone."""
+def _legend(rows: list[Row]) -> str:
+    """Return a drawing of the legend alone."""
     figure, ax = plots.new(WIDTH, 0.9)
     ax.set_axis_off()
     for i, selection in enumerate(SELECTIONS):

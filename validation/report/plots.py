@@ -1,23 +1,28 @@
-"""Plots in the house's style: vector graphics with real text, told apart in grey too."""
+"""Plots in one style: vector graphics with real text, whose lines differ in greyscale too."""
 
 import hashlib
 import io
 import math
 import re
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 INK, GRID = "#222222", "#e2e2e2"
-# Of different lightness, dark ones first; after M. Okabe, K. Ito, Color Universal Design (2008).
+# Neighbours differ in lightness; after M. Okabe, K. Ito, Color Universal Design (2008).
 COLORS = ("#0b3c6f", "#d1495b", "#3a9d64", "#e09f1f", "#6b4c9a", "#1f8fb4", "#7a4a21", "#8a8f98")
 MARKERS = ("o", "s", "^", "D", "v", "P", "X", "<", ">", "h", "*", "p")
 LINES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)))
 FONT = "system-ui, sans-serif"
 PIXELS_PER_INCH = 96.0
-# Narrower than this share of its size a plot is not squeezed: it scrolls in its box.
+# A plot is squeezed down to this share of its size; if there is less room, it scrolls in its box.
 SQUEEZED = 0.72
-SETTINGS = {
+SETTINGS: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "izo_ref",
-    "font.family": "DejaVu Sans",  # comes with matplotlib, and wider than what browsers take
+    "font.family": "DejaVu Sans",  # comes with matplotlib; wider than fonts of browsers
     "font.size": 10,
     "axes.titlesize": 11,
     "axes.edgecolor": "#999999",
@@ -39,16 +44,20 @@ SETTINGS = {
 }
 
 
-def new(width=8.0, height=4.5, ncols=1, nrows=1, **kwargs):
-    """A figure and its axes.
+def new(
+    width: float = 8.0, height: float = 4.5, ncols: int = 1, nrows: int = 1, **kwargs: Any
+) -> "tuple[Figure, Any]":
+    """Return a new figure and its axes.
 
     Args:
-        width, height: [inch]; one is 96 pixels of a page at its full size.
-        ncols, nrows: of axes.
-        kwargs: as of `matplotlib.figure.Figure.subplots`.
+        width: Width [inch]; an inch is 96 pixels of a page at full size.
+        height: Height [inch].
+        ncols: Number of columns of axes.
+        nrows: Number of rows of axes.
+        kwargs: Further arguments of `matplotlib.figure.Figure.subplots`.
 
     Returns:
-        Figure, and one axes or an array of them.
+        The figure, and one axes or an array of axes.
     """
     from matplotlib.figure import Figure
 
@@ -57,8 +66,8 @@ def new(width=8.0, height=4.5, ncols=1, nrows=1, **kwargs):
     return figure, figure.subplots(nrows, ncols, **kwargs)
 
 
-def style(i) -> dict:
-    """Color, marker and dashes of the i-th line; the last two alone tell 60 apart."""
+def style(i: int) -> dict[str, Any]:
+    """Return color, marker and dashes of line i; marker and dashes alone distinguish 60 lines."""
     return {
         "color": COLORS[i % len(COLORS)],
         "marker": MARKERS[i % len(MARKERS)],
@@ -66,8 +75,8 @@ def style(i) -> dict:
     }
 
 
-def logarithmic(ax, x=True, y=True):
-    """Logarithmic axes, with powers of ten that are readable when they are small."""
+def logarithmic(ax: Any, x: bool = True, y: bool = True) -> None:
+    """Make axes logarithmic, with powers of ten that are readable at a small size."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     for wanted, axis, name in ((x, ax.xaxis, "x"), (y, ax.yaxis, "y")):
@@ -78,8 +87,8 @@ def logarithmic(ax, x=True, y=True):
             axis.set_minor_formatter(NullFormatter())
 
 
-def power_of_ten(value, _position=None) -> str:
-    """A tick's label: 0.01 to 1000 as they are, else 10 with raised digits."""
+def power_of_ten(value: float, _position: int | None = None) -> str:
+    """Return the label of a tick: 0.01 to 1000 as they are, others as 10 with raised digits."""
     if value <= 0.0:
         return ""
     exponent = round(math.log10(value))
@@ -88,30 +97,32 @@ def power_of_ten(value, _position=None) -> str:
     return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
-def legend_below(figure, axes, ncols=4):
-    """One legend for all axes, under them."""
-    found = {}
+def legend_below(figure: "Figure", axes: Iterable[Any], ncols: int = 4) -> None:
+    """Put one legend for all axes below them."""
+    found: dict[str, Any] = {}
     for ax in axes:
         handles, labels = ax.get_legend_handles_labels()
         found |= dict(zip(labels, handles, strict=True))
     if found:
         ncols = min(ncols, len(found))
-        figure.legend(found.values(), found.keys(), loc="outside lower left", ncols=ncols)
+        figure.legend(
+            list(found.values()), list(found.keys()), loc="outside lower left", ncols=ncols
+        )
 
 
-def svg(figure) -> str:
-    """The figure as an element of a page, as wide as there is room; the same for equal input."""
+def svg(figure: "Figure") -> str:
+    """Return a figure as an SVG element of a page; equal figures give equal text."""
     out = io.StringIO()
     _set_up()
     figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None})
     text = out.getvalue()
     text = text[text.index("<svg") :]
     text = re.sub(r"\s*<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
-    text = re.sub(r"\s*<style.*?</style>", "", text, flags=re.DOTALL)  # it would style the page
+    text = re.sub(r"\s*<style.*?</style>", "", text, flags=re.DOTALL)  # it would apply to the page
     text = text.replace("'DejaVu Sans'", FONT)
-    # hundredths of a point are enough: half the size
+    # hundredths of a point are accurate enough, and halve the size
     text = re.sub(r' (d|x|y)="[^"]*"', lambda match: re.sub(r"(\.\d\d)\d+", r"\1", match[0]), text)
-    # several figures share a page, and ids must not
+    # several figures share a page, so their ids have to differ
     prefix = "f" + hashlib.sha256(text.encode()).hexdigest()[:8] + "-"
     text = re.sub(r'(\bid="|href="#|url\(#)', lambda match: match[0] + prefix, text)
     width = figure.get_figwidth() * PIXELS_PER_INCH
@@ -125,7 +136,7 @@ def svg(figure) -> str:
     )
 
 
-def _set_up():
+def _set_up() -> None:
     import matplotlib
 
     matplotlib.rcParams.update(SETTINGS)

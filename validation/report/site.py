@@ -1,16 +1,20 @@
-"""Pages of a report: one file each, no network; tables that sort, figures with their origin."""
+"""HTML pages: one file each that needs no network, tables that sort, figures with their origin."""
 
 import html
 import json
 import math
 import re
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from izo_ref.app.files import replacing
-from validation.report.tables import text
+from validation.report.tables import cell_text
+from validation.rows import Columns, Row
 
+# Short names of the pages, for their navigation.
 PAGES = {
-    "index": "Where it stands",
+    "index": "Overview",
     "inner": "Inner",
     "outer": "Outer",
     "convergence": "Convergence",
@@ -20,18 +24,24 @@ ORIGIN = re.compile(r"<!--origin ([\d ]*)-->")
 NOT_MEASURED = "<p class=missing>Not measured yet.</p>"
 
 
-def write_page(path, title, intro, sections, limits, runs):
+def write_page(
+    path: Path,
+    title: str,
+    intro: str,
+    sections: Iterable[tuple[str, str]],
+    limits: Iterable[str],
+    runs: Iterable[Row],
+) -> None:
     """Write a page.
 
     Args:
-        path: of the HTML file; its stem is one of PAGES.
-        title: plain text.
-        intro: plain text, what the page answers.
-        sections: (heading, HTML) in order, as of `figure`, `data_table`, `paragraph`.
-        limits: sentences in plain text: known limits, what was left out and why.
-        runs: dictionaries as of `rows.runs`; those that a figure names are told under it.
+        path: The HTML file; its stem is one of PAGES.
+        title: Plain text.
+        intro: Plain text that says what the page answers.
+        sections: Headings and HTML in order; `figure`, `data_table` and `paragraph` return HTML.
+        limits: Sentences in plain text: the known limits, and what was left out and why.
+        runs: The runs of `validation.rows.runs`; each figure shows those that measured its rows.
     """
-    path = Path(path)
     parts = [f"<h1>{html.escape(title)}</h1>", paragraph(intro)]
     parts += [
         f"<section>\n<h2>{html.escape(name)}</h2>\n{body}\n</section>" for name, body in sections
@@ -50,23 +60,23 @@ def write_page(path, title, intro, sections, limits, runs):
         file.write(content.encode())
 
 
-def paragraph(sentence) -> str:
-    """Plain text as a paragraph."""
-    return f"<p>{html.escape(sentence)}</p>"
+def paragraph(text: str) -> str:
+    """Return plain text as a paragraph."""
+    return f"<p>{html.escape(text)}</p>"
 
 
-def run_ids(rows) -> list[int]:
-    """The runs that rows came from, in order."""
+def run_ids(rows: Iterable[Row]) -> list[int]:
+    """Return the ids of the runs that measured these rows, in order."""
     return sorted({row["run"] for row in rows if row.get("run") is not None})
 
 
-def figure(svg, caption, run_ids) -> str:
-    """A plot with its caption and what made it.
+def figure(svg: str, caption: str, run_ids: Iterable[int]) -> str:
+    """Return a plot with its caption and its origin.
 
     Args:
-        svg: as of `plots.svg`, or of `panels`.
-        caption: plain text; also what a screen reader says.
-        run_ids: of `run_ids`; `write_page` tells them under the caption.
+        svg: A plot of `plots.svg`, or several of `panels`.
+        caption: Plain text; a screen reader reads it too.
+        run_ids: Ids of the runs that measured the rows; `write_page` describes them below.
     """
     label = html.escape(caption, quote=True)
     if "aria-label" not in svg:  # panels have their own
@@ -78,13 +88,13 @@ def figure(svg, caption, run_ids) -> str:
     )
 
 
-def panels(svgs, labels, least_px=290) -> str:
-    """Plots side by side where there is room, for `figure`.
+def panels(svgs: Iterable[str], labels: Iterable[str], least_px: int = 290) -> str:
+    """Return plots side by side, as far as there is room, for `figure`.
 
     Args:
-        svgs: as of `plots.svg`.
-        labels: plain text for a screen reader, one each.
-        least_px: width of a plot before it gets a line of its own.
+        svgs: Plots of `plots.svg`.
+        labels: Plain text for a screen reader, one for each plot.
+        least_px: Least width of a plot; the next plot starts a new line if it has less room.
     """
     named = (
         svg.replace('role="img"', f'role="img" aria-label="{html.escape(label, quote=True)}"', 1)
@@ -94,13 +104,13 @@ def panels(svgs, labels, least_px=290) -> str:
     return f'<div class="panels" style="{columns}">\n' + "\n".join(named) + "\n</div>"
 
 
-def data_table(columns, rows, caption="") -> str:
-    """A table that a click on a heading sorts.
+def data_table(columns: Columns, rows: Iterable[Row], caption: str = "") -> str:
+    """Return a table that a click on a heading sorts.
 
     Args:
-        columns: {heading: key, or function of a row}; numbers as `tables.text` writes them.
-        rows: dictionaries.
-        caption: plain text above it.
+        columns: By heading, a key of the row or a function that computes the cell.
+        rows: One for each line.
+        caption: Plain text above the table.
     """
     head = "".join(
         f'<th scope="col"><button type="button">{html.escape(name)}</button></th>'
@@ -120,14 +130,14 @@ def data_table(columns, rows, caption="") -> str:
     )
 
 
-def folded(summary, body) -> str:
-    """HTML that a click on the summary shows."""
+def folded(summary: str, body: str) -> str:
+    """Return HTML that a click on the summary shows."""
     return f"<details>\n<summary>{html.escape(summary)}</summary>\n{body}\n</details>"
 
 
-def _cell(value):
-    """Numbers to the right, with the value that they are sorted by."""
-    content = html.escape(text(value))
+def _cell(value: Any) -> str:
+    """Return a cell; a number is aligned to the right, with the value that it is sorted by."""
+    content = html.escape(cell_text(value))
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return f"<td>{content}</td>"
     if math.isnan(value):
@@ -136,24 +146,24 @@ def _cell(value):
     return f'<td class="n" data-v="{key}">{content}</td>'
 
 
-def _origin(ids, runs):
-    """Command, commit, machine and versions of the runs, folded."""
-    told = []
+def _origin(ids: str, runs: dict[int, Row]) -> str:
+    """Return command, commit, machine and versions of the runs, folded."""
+    items = []
     for number in map(int, ids.split()):
         run = runs.get(number)
         if run is None:
-            told.append(f"<p>Run {number}: unknown.</p>")
+            items.append(f"<p>Run {number}: unknown.</p>")
             continue
-        told.append(
+        items.append(
             f"<p>Run {number}: <code>{html.escape(str(run['command']))}</code>, commit "
             f"{html.escape(str(run['commit']))}, {html.escape(str(run['machine']))}, "
             f"{html.escape(str(run['versions']))}, begun {html.escape(str(run['started']))}.</p>"
         )
-    body = "\n".join(told) or "<p>No rows.</p>"
+    body = "\n".join(items) or "<p>No rows.</p>"
     return f'<details class="origin"><summary>How it was made</summary>\n{body}\n</details>'
 
 
-def _nav(own):
+def _nav(own: str) -> str:
     links = []
     for stem, name in PAGES.items():
         here = ' aria-current="page"' if stem == own else ""
@@ -220,7 +230,7 @@ document.querySelectorAll("table.sortable").forEach(function (table) {
       head.setAttribute("aria-sort", down ? "descending" : "ascending");
       var rows = Array.from(body.rows).sort(function (r, s) {
         var a = key(r, i), b = key(s, i);
-        if (a === null || b === null) return (a === null) - (b === null);  // empty ones last
+        if (a === null || b === null) return (a === null) - (b === null);  // empty cells last
         return down ? compare(b, a) : compare(a, b);
       });
       rows.forEach(function (row) { body.appendChild(row); });

@@ -1,159 +1,152 @@
-"""The report as a whole: run what is missing, write every page, and the page to begin with."""
+"""The report as a whole: run the studies, write every page and the start page."""
 
 import html
 import time
+from collections.abc import Callable
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
+from typing import TextIO
 
 from validation import rows
-from validation.report import site
+from validation.report import catalogue, site
+from validation.report.catalogue import Headline
+from validation.rows import Columns
 
-STUDIES = ("inner", "outer", "convergence", "scaling")
-QUESTIONS = {
-    "inner": "Error against time of each method on one zone, next to other solvers.",
-    "outer": "Objective against CPU time of a whole step, by selection, thickness and tolerance.",
-    "convergence": "Objective, violation and new impacts by iteration.",
-    "scaling": "Time and memory against triangles and against impacts.",
-}
-OTHERS = {
-    "evidence/README.md": "every step file, judged by four judges",
-    "zones.md": "solvers of zones against exact optima",
-    "speed/README.md": "detection, whole steps, cold start, size, what each rule saves",
-    "cuda/README.md": "what kernels need of a GPU, and what they were measured to take",
-    "mutants.md": "deliberate faults, and whether the tests notice",
-}
+STUDIES = {report.name: report for report in catalogue.STUDIES}
 HEADLINES = 5
-LOG = "report.log"  # beside the rows: what the runs said, and how long each study took
+# Beside the rows: the lines of progress of the runs, and how long each study took.
+LOG = "report.log"
 
 
-def write_report(output, command, quick, only, pages_only, say):
-    """Run the studies, resuming, and write the pages.
+def write_report(
+    output: Path,
+    command: str,
+    quick: bool,
+    only: str | None,
+    pages_only: bool,
+    say: Callable[[str], None],
+) -> Path:
+    """Run the studies for the rows that are missing, and write the pages.
 
     Args:
-        output: folder of the pages; rows are in `rows/` there.
-        command: that the pages name.
-        quick: fewer and smaller cases.
-        only: one of STUDIES, or None for all.
-        pages_only: measure nothing.
-        say: called with a line of progress.
+        output: Folder of the pages; the rows are in `rows/` there.
+        command: Command that the rows and the pages name.
+        quick: Measure fewer and smaller cases.
+        only: The name of one of STUDIES; None means all of them.
+        pages_only: Measure nothing.
+        say: Called with each line of progress.
 
     Returns:
-        `Path` of the start page.
+        Path of the start page.
     """
-    import_module("matplotlib")  # if it is missing, say so before measuring
-    output = Path(output)
+    import_module("matplotlib")  # if it is missing, this fails before anything is measured
     folder = output / "rows"
     wanted = [only] if only else list(STUDIES)
     if not pages_only:
-        run = rows.begin_run(folder, command, quick)
-        with (folder / LOG).open("a") as log:
-            tell = _teller(say, log)
-            tell(f"run {run}: {command}")
-            for name in wanted:
-                study = _module("study", name)
-                if study is not None:
-                    begin = time.perf_counter()
-                    study.run(folder, quick, tell)
-                    tell(f"{name}: done in {time.perf_counter() - begin:.0f} s")
-    for name in wanted:
-        _write_page(name, folder, output)
-    for name in set(STUDIES) - set(wanted):
-        if not (output / f"{name}.html").is_file():
-            _write_page(name, folder, output)
+        _measure(folder, wanted, command, quick, say)
+    for name, report in STUDIES.items():
+        if name in wanted or not (output / report.page).is_file():
+            report.module.page(folder, output)
     _start_page(folder, output)
     return output / "index.html"
 
 
-def _teller(say, log):
-    """`say`, which also writes to a file, line by line."""
+def _measure(
+    folder: Path, names: list[str], command: str, quick: bool, say: Callable[[str], None]
+) -> None:
+    """Run studies; what they say is also written to the log."""
+    run = rows.begin_run(folder, command, quick)
+    with (folder / LOG).open("a") as log:
+        say_and_log = _logging(say, log)
+        say_and_log(f"run {run}: {command}")
+        for name in names:
+            begin = time.perf_counter()
+            import_module(f"validation.study.{name}").run(folder, quick, say_and_log)
+            say_and_log(f"{name}: done in {time.perf_counter() - begin:.0f} s")
 
-    def tell(line):
+
+def _logging(say: Callable[[str], None], log: TextIO) -> Callable[[str], None]:
+    """Return a function that says a line and writes it to a file."""
+
+    def say_and_log(line: str) -> None:
         say(line)
         print(line, file=log, flush=True)
 
-    return tell
+    return say_and_log
 
 
-def _module(kind, name):
-    """A study or a page; None if this version has none of that name."""
-    full = f"validation.{kind}.{name}"
-    return import_module(full) if find_spec(full) else None
-
-
-def _write_page(name, folder, output):
-    module = _module("report", name)
-    if module is not None:
-        module.page(folder, output)
-        return
-    path = output / f"{name}.html"
-    sections = [("Rows", site.NOT_MEASURED)]
-    site.write_page(path, site.PAGES[name], QUESTIONS[name], sections, ["Nothing is here yet."], [])
-
-
-def _start_page(folder, output):
-    pages = "\n".join(
-        f'<li><a href="{name}.html">{site.PAGES[name]}</a>: {html.escape(QUESTIONS[name])}</li>'
-        for name in STUDIES
-    )
-    others = "\n".join(
-        f'<li><a href="{path}">{path}</a>: {what}</li>'
-        if (output / path).is_file()
-        else f"<li>{path}: {what} (not in this folder)</li>"
-        for path, what in OTHERS.items()
-    )
-    sections = [
-        ("In five figures", _tiles(folder)),
-        ("Pages", f"<ul>{pages}</ul>"),
-        ("Other reports", f"<ul>{others}</ul>"),
-        ("Runs", _runs(folder) + site.paragraph(f"What they said: rows/{LOG}.")),
-    ]
+def _start_page(folder: Path, output: Path) -> None:
     known = rows.runs(folder)
-    quick = [run for run in known if run["quick"]]
-    limits = [
-        "Figures are taken from the pages, where their limits are told.",
-        "Times are of the machine named, which other work may have shared.",
+    sections = [
+        ("Five figures", _tiles(folder)),
+        ("Pages", _study_links()),
+        ("Other reports", _other_links(output)),
+        ("Runs", _runs(folder) + site.paragraph(f"The log of the runs is in rows/{LOG}.")),
     ]
-    if quick:
-        limits.append("This is a quick report: few and small cases, which show that it works.")
+    limits = [
+        "The figures are taken from the pages, which also state their limits.",
+        "Times were measured on the machine that is named; other work may have run on it.",
+    ]
+    if any(run["quick"] for run in known):
+        limits.append("This is a quick report: its few and small cases only show that it works.")
     site.write_page(
         output / "index.html",
         "Error against run time",
-        "How close izo_ref comes to the optimum, and how long it takes: one zone, a whole step, "
-        "by iteration and by size.",
+        "How close izo_ref comes to the optimum, and how long it takes: for one zone, for a whole "
+        "step, by iteration and by size.",
         sections,
         limits,
         known,
     )
 
 
-def _tiles(folder):
-    """Five headlines: the first of each page, then second ones; a page without any says so."""
-    first, later = [], []
-    for name in STUDIES:
-        module = _module("report", name)
-        found = list(module.headlines(folder)) if module is not None else []
-        first.append((name, found[0]) if found else (name, None))
+def _study_links() -> str:
+    items = (
+        f'<li><a href="{report.page}">{site.PAGES[name]}</a>: {html.escape(report.question)}</li>'
+        for name, report in STUDIES.items()
+    )
+    return "<ul>" + "\n".join(items) + "</ul>"
+
+
+def _other_links(output: Path) -> str:
+    """Return links to the reports that other commands make; a page that is missing has no link."""
+    items = []
+    for report in catalogue.OTHERS:
+        question, page = html.escape(report.question), report.page
+        if (output / page).is_file():
+            items.append(f'<li><a href="{page}">{report.title}</a>: {question}</li>')
+        else:
+            made = f"<code>{report.pages_command}</code> makes {page}"
+            items.append(f"<li>{report.title}: {question} Not in this folder; {made}.</li>")
+    return "<ul>" + "\n".join(items) + "</ul>"
+
+
+def _tiles(folder: Path) -> str:
+    """Return five headlines: the first one of each page, then second ones."""
+    first: list[tuple[str, Headline]] = []
+    later: list[tuple[str, Headline]] = []
+    for name, report in STUDIES.items():
+        found = report.module.headlines(folder)
+        missing = Headline(site.PAGES[name], "–", "Not measured yet.")
+        first.append((name, found[0] if found else missing))
         later += [(name, headline) for headline in found[1:]]
     tiles = first + later[: HEADLINES - len(first)]
     return '<div class="tiles">\n' + "\n".join(_tile(*tile) for tile in tiles) + "\n</div>"
 
 
-def _tile(name, headline):
-    label, value, said = headline or (site.PAGES[name], "–", "Not measured yet.")
+def _tile(name: str, headline: Headline) -> str:
     return (
-        f'<div><div class="label">{html.escape(label)}</div>'
-        f'<div class="value">{html.escape(value)}</div>'
-        f'<p class="said">{html.escape(said)} '
-        f'<a href="{name}.html">{site.PAGES[name]}</a></p></div>'
+        f'<div><div class="label">{html.escape(headline.label)}</div>'
+        f'<div class="value">{html.escape(headline.figure)}</div>'
+        f'<p class="said">{html.escape(headline.sentence)} '
+        f'<a href="{STUDIES[name].page}">{site.PAGES[name]}</a></p></div>'
     )
 
 
-def _runs(folder):
-    columns = {name: name for name in ("run", "command", "commit", "quick", "started", "machine")}
+def _runs(folder: Path) -> str:
     known = rows.runs(folder)
-    return (
-        site.data_table(columns, known, "Runs that rows came from")
-        if known
-        else (site.NOT_MEASURED)
-    )
+    columns: Columns = {
+        name: name for name in ("run", "command", "commit", "quick", "started", "machine")
+    }
+    caption = "The runs that measured the rows"
+    return site.data_table(columns, known, caption) if known else site.NOT_MEASURED

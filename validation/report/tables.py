@@ -1,41 +1,57 @@
-"""Rows to Markdown, with what they were measured on. The only writer of reports."""
+"""Markdown: tables of rows, and the sentence that says what measured them."""
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
-from izo_ref.app.files import replacing, save_json
-from validation.provenance import commit, machine, versions
+from izo_ref.app.files import replacing
+from validation.provenance import Made
+from validation.rows import Columns, Row
 
-
-def header(title, command) -> str:
-    """The first lines of a report: title, command, commit, machine, versions."""
-    lines = (
-        f"# {title}",
-        "",
-        f"Made by `{command}` from commit {commit()} on {machine()}, {versions()}. Times are "
-        "wall-clock seconds of that machine, which other work may have shared; compile time is "
-        "not in them.",
-        "",
-    )
-    return "\n".join(lines)
+NOT_MEASURED = "Not measured yet."
 
 
-def table(columns, rows) -> str:
-    """A Markdown table.
+def header(title: str, made: Iterable[Made]) -> str:
+    """Return the first lines of a page: its title, and what measured its rows.
 
     Args:
-        columns: {heading: function of a row, or key}.
-        rows: dictionaries.
+        title: Plain text.
+        made: What made each of the files that the page shows; repetitions are left out.
+    """
+    sentences = [
+        f"Measured by `{command}` at commit {commit} on {machine}, with {versions}."
+        for command, commit, machine, versions in dict.fromkeys(made)
+    ]
+    times = (
+        "Times are wall-clock seconds of that machine, which may have done other work at the same "
+        "time; they do not include the time to compile."
+    )
+    return f"# {title}\n\n{' '.join((*sentences, times))}\n"
+
+
+def run_table(runs: Iterable[Row]) -> str:
+    """Return a Markdown table of the runs that measured the rows of a page."""
+    columns: Columns = {"run": "run", "commit": "commit", "machine": "machine", "begun": "started"}
+    return table(columns, runs)
+
+
+def table(columns: Columns, rows: Iterable[Row]) -> str:
+    """Return a Markdown table.
+
+    Args:
+        columns: By heading, a key of the row or a function that computes the cell.
+        rows: One for each line.
     """
     lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
     for row in rows:
         cells = [row.get(c) if isinstance(c, str) else c(row) for c in columns.values()]
-        lines.append("| " + " | ".join(text(cell) for cell in cells) + " |")
+        lines.append("| " + " | ".join(cell_text(cell) for cell in cells) + " |")
     return "\n".join(lines) + "\n"
 
 
-def text(value) -> str:
-    """A cell: numbers with the digits that matter."""
+def cell_text(value: Any) -> str:
+    """Return the text of a cell; a number is written with the digits that matter."""
     if value is None:
         return ""
     if isinstance(value, bool):
@@ -51,11 +67,14 @@ def text(value) -> str:
     return str(value).replace("|", "/")
 
 
-def write(path, content, rows=None):
-    """Write a report, and beside it its rows as JSON."""
-    path = Path(path)
+def scientific(value: float) -> str:
+    """Return a power of ten in the shortest form, such as 1e-9."""
+    return f"{value:.0e}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+
+
+def write_page(path: Path, sections: Iterable[str]) -> Path:
+    """Write the sections of a Markdown page, with an empty line between them; return its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with replacing(path) as file:
-        file.write(content.encode())
-    if rows is not None:
-        save_json(path.with_suffix(".json"), rows)
+        file.write(("\n\n".join(section.strip() for section in sections) + "\n").encode())
+    return path

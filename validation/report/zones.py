@@ -1,89 +1,147 @@
-"""Rows of `study.zones` and `study.nonlinear` to `reports/zones.md`."""
+"""The page of the zone solvers against oracles, from the rows of `study/zones.py`."""
 
 import math
+from collections.abc import Iterable
+from pathlib import Path
 
 import numpy as np
 
-from validation.report.tables import header, table, text, write
+from validation import json_rows
+from validation.report.catalogue import Headline
+from validation.report.tables import NOT_MEASURED, cell_text, header, scientific, table, write_page
+from validation.rows import Columns, Row
 from validation.study.zones import LARGE, MASS_RATIOS, ORACLES
 
+TITLE = "Zones: solvers against oracles"
+FILE = "zones.json"
 NAMES = ("ours", *ORACLES, *LARGE)
+WRONG = 1e-6  # relative error above which an answer that is said to be solved counts as wrong
 
 
-def zones_report(path, command, rows):
-    """Write the report.
+def page(rows_folder: Path, output: Path) -> Path:
+    """Write `zones.md`.
 
     Args:
-        path: of the Markdown file; JSON is written beside it.
-        command: that made it.
-        rows: {"random", "scaling", "sizes", "steps", "nonlinear"}: lists of rows; steps may
-            be empty when there are no step files.
+        rows_folder: Folder of `zones.json`, whose rows are lists by name: "random", "scaling",
+            "sizes", "steps" and "nonlinear"; "steps" is empty if there were no step files.
+        output: Folder of the page.
+
+    Returns:
+        Path of the page.
     """
-    parts = [
-        header("Zones: solvers against oracles", command),
+    path, loaded = output / "zones.md", json_rows.load(rows_folder / FILE)
+    if loaded is None:
+        return write_page(path, (f"# {TITLE}", NOT_MEASURED))
+    rows = loaded.rows
+    sections = (
+        header(TITLE, [loaded.made]),
         _random(rows["random"]),
         _scaling(rows["scaling"]),
         _sizes(rows["sizes"]),
         _steps(rows["steps"]),
         _nonlinear(rows["nonlinear"]),
+    )
+    return write_page(path, sections)
+
+
+def headlines(rows_folder: Path) -> list[Headline]:
+    """Return the figures that stand for this report; an empty list if it was not measured."""
+    loaded = json_rows.load(rows_folder / FILE)
+    if loaded is None:
+        return []
+    random, steps = loaded.rows["random"], loaded.rows["steps"]
+    found = [
+        Headline(
+            "Largest error of our solver on random zones",
+            cell_text(_largest(row["error"]["ours"] for row in random)),
+            f"{len(random)} zones with mass ratios of up to {scientific(max(MASS_RATIOS))}; the "
+            "error is relative to the exact optimum, which rational arithmetic finds.",
+        )
     ]
-    write(path, "\n".join(parts), rows)
+    own = [row for row in steps if row["solver"] == "ours"]
+    if own:
+        impacts = max(row["impacts"] for row in own)
+        found.append(
+            Headline(
+                "Largest relative duality gap of our solver on zones of real steps",
+                cell_text(_largest(row["gap"] for row in own)),
+                f"{len(own)} zones of up to {impacts:,} impacts; the largest violation is "
+                f"{cell_text(_largest(row['violation'] for row in own))} of the thickness.",
+            )
+        )
+    return found
 
 
-def _largest(values):
+def _largest(values: Iterable[float]) -> float:
     return max(values, default=0.0)
 
 
-def _random(rows):
-    by_ratio = [[row for row in rows if row["mass_ratio"] == ratio] for ratio in MASS_RATIOS]
+def _random(rows: list[Row]) -> str:
+    ours = _largest(row["error"]["ours"] for row in rows)
+    slowest = _largest(row["exact_s"] for row in rows)
+    return f"""## {len(rows)} random zones against the exact optimum
+
+The zones have 1 to 64 impacts on shared vertices. Some of their constraints are duplicated,
+redundant, nearly parallel (1e-12 to 1e-1) or opposed, and the masses cover all decades up to the
+ratio. All zones are feasible. The error is |x - x*| over |x* - y| in the norm of the masses, where
+rational arithmetic finds x*, in at most {cell_text(slowest)} s for a zone. The table shows the
+largest error of each solver by mass ratio; a solver without an answer counts as the largest finite
+error of its column. Our largest error is **{cell_text(ours)}**.
+
+{_errors_table(rows)}
+These are errors of displacements in floating point. Positions in floating point are less
+accurate, because a vertex with a mass of 1e12 moves by less than the last digit of its
+coordinates. The next table shows the error of our positions, and the least error that any
+positions in floating point could have:
+
+{_positions_table(rows)}"""
+
+
+def _by_ratio(rows: list[Row]) -> list[tuple[float, list[Row]]]:
+    return [(ratio, [row for row in rows if row["mass_ratio"] == ratio]) for ratio in MASS_RATIOS]
+
+
+def _errors_table(rows: list[Row]) -> str:
+    groups = _by_ratio(rows)
     lines = []
     for name in NAMES:
-        line = {"solver": name}
-        for ratio, group in zip(MASS_RATIOS, by_ratio, strict=True):
+        line: Row = {"solver": name}
+        for ratio, group in groups:
             errors = [row["error"][name] for row in group]
-            line[ratio] = _largest([e for e in errors if math.isfinite(e)])
+            line[_ratio_heading(ratio)] = _largest(e for e in errors if math.isfinite(e))
         claimed = [row for row in rows if row["claims"].get(name, True)]
         line["median"] = float(np.median([row["error"][name] for row in rows]))
-        line["wrong"] = sum(row["error"][name] > 1e-6 for row in claimed)
+        line["wrong"] = sum(row["error"][name] > WRONG for row in claimed)
         line["gave up"] = len(rows) - len(claimed)
         lines.append(line)
-    columns = {"solver": "solver"}
-    columns |= {
-        f"ratio {ratio:.0e}": (lambda row, ratio=ratio: row[ratio]) for ratio in MASS_RATIOS
-    }
-    columns |= {
+    columns: Columns = {
+        "solver": "solver",
+        **{_ratio_heading(ratio): _ratio_heading(ratio) for ratio in MASS_RATIOS},
         "median": "median",
-        "says solved, off by more than 1e-6": "wrong",
+        f"says solved, but the error exceeds {scientific(WRONG)}": "wrong",
         "does not say solved": "gave up",
     }
-    positions = [
+    return table(columns, lines)
+
+
+def _ratio_heading(ratio: float) -> str:
+    return f"ratio {ratio:.0e}"
+
+
+def _positions_table(rows: list[Row]) -> str:
+    lines = [
         {
             "ratio": ratio,
             "ours": _largest(row["error_of_positions"] for row in group),
             "least": _largest(row["least_of_positions"] for row in group),
         }
-        for ratio, group in zip(MASS_RATIOS, by_ratio, strict=True)
+        for ratio, group in _by_ratio(rows)
     ]
-    ours = _largest(row["error"]["ours"] for row in rows)
-    slowest = _largest(row["exact_s"] for row in rows)
-    return f"""## {len(rows)} random zones against the exact optimum
-
-1 to 64 impacts on shared vertices, among them duplicated, redundant, nearly parallel (1e-12 to
-1e-1) and opposed rows; masses over all decades up to the ratio. All are feasible. The error is
-|x - x*| over |x* - y| in the norm of the masses, with x* from rational arithmetic, at most
-{text(slowest)} s a zone. The largest of each solver, by mass ratio; no answer counts as the
-largest finite one of its column. Largest of ours: **{text(ours)}**.
-
-{table(columns, lines)}
-Errors are of displacements, in floats. Positions in floats can say less: a vertex of a mass of
-1e12 moves by less than its coordinates' last digit. Ours, and the least that any positions in
-floats could have:
-
-{table({"mass ratio": "ratio", "our positions": "ours", "nearest floats": "least"}, positions)}"""
+    return table({"mass ratio": "ratio", "our positions": "ours", "nearest floats": "least"}, lines)
 
 
-def _scaling(rows):
-    columns = {
+def _scaling(rows: list[Row]) -> str:
+    columns: Columns = {
         "depth [m]": "depth",
         "form": "form",
         "ftol": "ftol",
@@ -91,34 +149,34 @@ def _scaling(rows):
         "largest error of a position, over the largest displacement": "largest_position_error",
         "relative error, by mass": "error",
     }
-    return f"""## SLSQP as it is called, and scaled
+    return f"""## SLSQP in metres and kilograms, and in scaled numbers
 
-One vertex behind a face, masses 1e-3, 1, 1 and 1e3 kg, thickness 1e-4 m. In metres and
-kilograms, SLSQP says that it succeeded where it stopped early; in numbers near 1, the same
-routine is right.
+The problem is one vertex behind a face, with masses of 1e-3, 1, 1 and 1e3 kg and a thickness of
+1e-4 m. In metres and kilograms, SLSQP reports success although it stopped early. The same routine
+is right if its numbers are scaled to be near 1.
 
 {table(columns, rows)}"""
 
 
-def _sizes(rows):
-    columns = {
+def _sizes(rows: list[Row]) -> str:
+    columns: Columns = {
         "oracle": "oracle",
         "impacts": "impacts",
         "median seconds of 5": "seconds",
         "largest relative distance to ours": "against_ours",
     }
-    return f"""## How large a zone the dense oracles take
+    return f"""## How long the dense oracles take, by the size of the zone
 
-Random zones at a mass ratio of 1e3; an oracle is left out after the size that took it more than
-2 s.
+The zones are random, with a mass ratio of 1e3. An oracle that takes more than 2 s at one size is
+not asked at the larger sizes.
 
 {table(columns, rows)}"""
 
 
-def _steps(rows):
+def _steps(rows: list[Row]) -> str:
     if not rows:
-        return "## Zones of real steps\n\nNot measured: no step files were found.\n"
-    groups = {}
+        return "## Zones of real steps\n\nNot measured: no step files were found."
+    groups: dict[tuple[str, str], list[Row]] = {}
     for row in rows:
         groups.setdefault((row["zone"].split(",")[0], row["solver"]), []).append(row)
     lines = [
@@ -136,7 +194,7 @@ def _steps(rows):
         }
         for (step, solver), group in groups.items()
     ]
-    columns = {
+    columns: Columns = {
         "step": "step",
         "solver": "solver",
         "zones": "zones",
@@ -150,24 +208,25 @@ def _steps(rows):
     }
     return f"""## Zones of real steps
 
-The largest zones in which each step ends, at most 20, and the zone problems of the first and
-last iteration of armadillo-rollers. Each answer is judged by the same residuals, outside of the
-solver; the distance to the optimum is proved, "none" where no bound was found.
+These are the zones at the end of each step, at most the 20 largest, and the zone problems of the
+first and the last iteration of armadillo-rollers. The same residuals judge every answer; they are
+computed outside of the solvers. The distance to the optimum is proved; it is "none" where no bound
+was found.
 
 {table(columns, lines)}"""
 
 
-def _nonlinear(rows):
-    fixed = [row for row in rows if row["fixed_point"]]
+def _nonlinear(rows: list[Row]) -> str:
+    fixed = sum(row["fixed_point"] for row in rows)
     lines = []
-    for kind in dict.fromkeys(row["scene"] for row in rows):
-        own = [row for row in rows if row["scene"] == kind]
+    for scene in dict.fromkeys(row["scene"] for row in rows):
+        own = [row for row in rows if row["scene"] == scene]
         still = [row for row in own if row["fixed_point"]]
-        line = {"scene": kind, "zones": len(own), "fixed": len(still)}
+        line: Row = {"scene": scene, "zones": len(own), "fixed": len(still)}
         for name in ("violation", "stationarity", "complementarity", "slsqp_moved"):
             line[name] = _largest(row[name] for row in still)
         lines.append(line)
-    columns = {
+    columns: Columns = {
         "scene": "scene",
         "zones": "zones",
         "with a fixed point": "fixed",
@@ -178,10 +237,11 @@ def _nonlinear(rows):
     }
     return f"""## The fixed point of re-linearisation
 
-Small scenes, resolved and then re-linearised with their own pairs until they stand still:
-{len(fixed)} of {len(rows)} zones do. The others slide off into pairs they do not have, which the
-outer loop then takes in. At the fixed point: largest residuals of the nonlinear problem, whose
-constraints are the signed distances of the pairs as functions of x, and how far SLSQP goes when
-it is started there, over the displacement.
+Small scenes are resolved, and then re-linearised with their own pairs until they stand still:
+{fixed} of {len(rows)} zones do. The others slide off into pairs that they do not have; the outer
+loop then adds those pairs. The table shows the largest residuals of the nonlinear problem at the
+fixed point. The constraints of that problem are the signed distances of the pairs as functions of
+x. The last column shows how far SLSQP moves if it starts at the fixed point, relative to the
+displacement.
 
 {table(columns, lines)}"""

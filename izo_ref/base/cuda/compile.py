@@ -32,6 +32,7 @@ class Kernel:
     """
 
     def __init__(self, function: Callable[..., None]) -> None:
+        """Prepare a function; it is compiled when it is first launched."""
         self.function = function
         with setting(config, "CACHE_DIR", str(CACHE_FOLDER / "cuda")):
             self._dispatcher = cuda.jit(function, fastmath=False, cache=True)

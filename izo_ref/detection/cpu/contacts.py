@@ -1,7 +1,8 @@
-"""Pairs of two trees whose boxes meet, and those that meet themselves."""
+"""Find the pairs of two trees whose boxes meet, and the contacts among them."""
 
 from numba import prange
 
+from izo_ref.base.arrays import Codes, Floats, Indices, Ints, Nodes, Offsets, Positions, Times
 from izo_ref.base.compile import cpu_kernel, light_kernel
 from izo_ref.detection.serial.contacts import (
     contacts_of_pairs,
@@ -9,9 +10,9 @@ from izo_ref.detection.serial.contacts import (
     pair_key,
     pair_nodes,
 )
-from izo_ref.detection.serial.tree import ALL_LANES, WIDTH, pairs_of_block
+from izo_ref.detection.serial.tree import ALL_LANES, WIDTH, Tree, pairs_of_block
 
-# Queries, or pairs, that a thread takes at a time.
+# Number of queries, or of pairs, that a thread takes at a time.
 CHUNK = 256
 BLOCKS = CHUNK // WIDTH
 
@@ -19,15 +20,16 @@ BLOCKS = CHUNK // WIDTH
 @cpu_kernel
 def find_pairs(
     # In:
-    chunks,  # (n,) i8, which queries: chunk c has CHUNK of them, from CHUNK * c on
-    starts,  # (n + 1,) i8, where each chunk writes, and how much room it has
-    queries,  # Tree
-    leaves,  # Tree
-    against_itself,  # b1, they are the same
+    chunks: Indices,  # (n,) i8, chunks of queries; chunk c has CHUNK of them, from CHUNK * c on
+    starts: Offsets,  # (n + 1,) i8, where each chunk writes, and where its room ends
+    queries: Tree,  # Tree
+    leaves: Tree,  # Tree
+    against_itself: bool,  # b1, both are the same tree
     # Out:
-    counts_out,  # (n,) i8, pairs of each chunk, also those without room
-    pairs_out,  # (starts[n], 2) i4, places of the elements of each pair
+    counts_out: Indices,  # (n,) i8, pairs of each chunk, also those without room
+    pairs_out: Ints,  # (starts[n], 2) i4, places of the elements of each pair
 ):
+    """Find the pairs of some chunks of queries whose moving boxes meet a leaf's."""
     for k in prange(chunks.shape[0]):
         first = BLOCKS * chunks[k]
         last = min(first + BLOCKS, (queries.nodes.shape[0] + WIDTH - 1) // WIDTH)
@@ -43,32 +45,29 @@ def find_pairs(
 @cpu_kernel
 def find_contacts(
     # In:
-    chunks,  # (n,) i8, which pairs: chunk c has CHUNK of them, from CHUNK * c on
-    pairs,  # (n_pairs, 2) i4, places
-    first_order,  # (n_queries,) i4
-    first_nodes,  # (n_queries, k) i4, of vertices or edges
-    second_order,  # (n_leaves,) i4
-    second_nodes,  # (n_leaves, l) i4, of faces or edges
-    positions_t0,  # (n_vertices, 3) f8  [m]
-    positions_t1,  # (n_vertices, 3) f8  [m]
-    reach,  # (n_vertices,) f8  [m], each may end so far from positions_t1, along each axis
-    max_steps,  # i8, proofs before a pair is given up, which then counts as a contact
+    chunks: Indices,  # (n,) i8, chunks of pairs; chunk c has CHUNK of them, from CHUNK * c on
+    pairs: Ints,  # (n_pairs, 2) i4, places
+    first: Tree,  # Tree, of vertices or edges
+    second: Tree,  # Tree, of faces or edges
+    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
+    positions_t1: Positions,  # (n_vertices, 3) f8  [m]
+    reach: Floats,  # (n_vertices,) f8  [m], how far from positions_t1 each may end, along each axis
+    max_steps: int,  # i8, steps of proof before a pair is given up, which then counts as a contact
     # Out:
-    tallies_out,  # (n, 3) i8, contacts, proofs, the most proofs for one
-    index_out,  # (n_pairs,) i8, contacts of chunk c stand from CHUNK * c on
-    toi_out,  # (n_pairs,) f8
-    directions_out,  # (n_pairs, 3) f8
+    tallies_out: Indices,  # (n, 3) i8, contacts, steps of all proofs, steps of the longest
+    index_out: Indices,  # (n_pairs,) i8, the pair of each contact; chunk c writes from CHUNK * c on
+    toi_out: Times,  # (n_pairs,) f8, time until which the contact is proved apart
+    directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
 ):
+    """Find the contacts among the pairs of some chunks: those that are not proved apart."""
     for k in prange(chunks.shape[0]):
         c = chunks[k]
         tallies_out[c, 0], tallies_out[c, 1], tallies_out[c, 2] = contacts_of_pairs(
             CHUNK * c,
             min(CHUNK * (c + 1), pairs.shape[0]),
             pairs,
-            first_order,
-            first_nodes,
-            second_order,
-            second_nodes,
+            first,
+            second,
             positions_t0,
             positions_t1,
             reach,
@@ -82,15 +81,16 @@ def find_contacts(
 @light_kernel
 def gather_contact_nodes(
     # In:
-    pairs,  # (n_pairs, 2) i4, places
-    first_order,  # (n_queries,) i4
-    first_nodes,  # (n_queries, k) i4, of vertices or edges
-    second_order,  # (n_leaves,) i4
-    second_nodes,  # (n_leaves, l) i4, of faces or edges
+    pairs: Ints,  # (n_pairs, 2) i4, places
+    first_order: Ints,  # (n_queries,) i4, element in each place, of vertices or edges
+    first_nodes: Ints,  # (n_queries, k) i4
+    second_order: Ints,  # (n_leaves,) i4, element in each place, of faces or edges
+    second_nodes: Ints,  # (n_leaves, l) i4
     # Out:
-    keys_out,  # (n_pairs,) i8, by elements
-    nodes_out,  # (n_pairs, 4) i4, vertex then face, or edge then edge
+    keys_out: Indices,  # (n_pairs,) i8, to sort the pairs by their elements
+    nodes_out: Nodes,  # (n_pairs, 4) i4, vertex then face, or edge then edge
 ):
+    """Write the sort key and the vertices of each pair."""
     for i in prange(pairs.shape[0]):
         a, b = pairs[i, 0], pairs[i, 1]
         keys_out[i] = pair_key(a, b, first_order, first_nodes, second_order)
@@ -102,13 +102,14 @@ def gather_contact_nodes(
 @cpu_kernel
 def find_crossings(
     # In:
-    pairs,  # (n_pairs, 2) i4, places of edges and faces
-    edges,  # (n_edges, 2) i4
-    faces,  # (n_faces, 3) i4
-    positions,  # (n_vertices, 3) f8  [m]
+    pairs: Ints,  # (n_pairs, 2) i4, places of edges and faces
+    edges: Ints,  # (n_edges, 2) i4
+    faces: Ints,  # (n_faces, 3) i4
+    positions: Positions,  # (n_vertices, 3) f8  [m]
     # Out:
-    statuses_out,  # (n_pairs,) i1, of detection/formulas/advance.py
+    statuses_out: Codes,  # (n_pairs,) i1, statuses of detection/formulas/advance.py
 ):
+    """Decide whether edges cross faces at rest, where floats can tell."""
     for chunk in prange((pairs.shape[0] + CHUNK - 1) // CHUNK):
         first = CHUNK * chunk
         last = min(first + CHUNK, pairs.shape[0])

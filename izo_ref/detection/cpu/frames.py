@@ -1,7 +1,8 @@
-"""Of pairs that meet: which are certain, and their frames."""
+"""Compute the frames of impacts: their weights and normals."""
 
 from numba import prange
 
+from izo_ref.base.arrays import Flags, Nodes, Normals, Positions, Times, Weights
 from izo_ref.base.compile import light_kernel
 from izo_ref.detection.formulas.frame import closest_frame, impact_frame
 from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
@@ -10,16 +11,17 @@ from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
 @light_kernel
 def compute_impact_frames(
     # In:
-    positions_t0,  # (n_vertices, 3) f8  [m]
-    positions_t1,  # (n_vertices, 3) f8  [m]
-    nodes,  # (n_impacts, 4) i4
-    is_edge_edge,  # (n_impacts,) b1
-    toi,  # (n_impacts,) f8
-    directions,  # (n_impacts, 3) f8
+    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
+    positions_t1: Positions,  # (n_vertices, 3) f8  [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    is_edge_edge: Flags,  # (n_impacts,) b1
+    toi: Times,  # (n_impacts,) f8
+    directions: Normals,  # (n_impacts, 3) f8, the last ones that separated the sides
     # Out:
-    weights_out,  # (n_impacts, 4) f8
-    normals_out,  # (n_impacts, 3) f8
+    weights_out: Weights,  # (n_impacts, 4) f8
+    normals_out: Normals,  # (n_impacts, 3) f8
 ):
+    """Compute the frame of each impact at its time of impact."""
     for i in prange(nodes.shape[0]):
         a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
         b1, b2, b3 = relative_nodes(positions_t1, row4(nodes, i))
@@ -35,13 +37,14 @@ def compute_impact_frames(
 @light_kernel
 def compute_closest_frames(
     # In:
-    positions,  # (n_vertices, 3) f8  [m]
-    nodes,  # (n_impacts, 4) i4
-    is_edge_edge,  # (n_impacts,) b1
+    positions: Positions,  # (n_vertices, 3) f8  [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    is_edge_edge: Flags,  # (n_impacts,) b1
     # Out:
-    weights_out,  # (n_impacts, 4) f8
-    normals_out,  # (n_impacts, 3) f8
+    weights_out: Weights,  # (n_impacts, 4) f8
+    normals_out: Normals,  # (n_impacts, 3) f8
 ):
+    """Compute the frame of each pair at its closest points."""
     for i in prange(nodes.shape[0]):
         q1, q2, q3 = relative_nodes(positions, row4(nodes, i))
         weights, normal = closest_frame(is_edge_edge[i], q1, q2, q3)

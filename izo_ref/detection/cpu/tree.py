@@ -1,7 +1,8 @@
-"""Boxes of elements, and trees over them."""
+"""Fit the boxes of elements and of the trees over them."""
 
 from numba import prange
 
+from izo_ref.base.arrays import AnyFloats, Bits, Flags, Floats, Indices, Ints, Positions
 from izo_ref.base.compile import light_kernel
 from izo_ref.detection.serial.boxes import (
     element_block,
@@ -16,14 +17,15 @@ from izo_ref.detection.serial.tree import WIDTH
 @light_kernel
 def compute_vertex_boxes(
     # In:
-    positions_t0,  # (n_vertices, 3) f8  [m]
-    low_t1,  # (n_vertices, 3) f8  [m], between these the vertex ends
-    high_t1,  # (n_vertices, 3) f8  [m]
-    origin,  # (3,) f8  [m]
-    scale,  # f8  [1/m], a power of two
+    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
+    low_t1: Positions,  # (n_vertices, 3) f8  [m], lowest end
+    high_t1: Positions,  # (n_vertices, 3) f8  [m], highest end
+    origin: Floats,  # (3,) f8  [m]
+    scale: float,  # f8  [1/m], a power of two
     # Out:
-    boxes_out,  # (n_vertices, 9) f4, start, then lowest and highest end; without unit
+    boxes_out: AnyFloats,  # (n_vertices, 9) f4, start, lowest end, highest end; without unit
 ):
+    """Compute the start and the box of the end of each vertex."""
     for i in prange(positions_t0.shape[0]):
         vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out)
 
@@ -31,13 +33,14 @@ def compute_vertex_boxes(
 @light_kernel
 def compute_morton_codes(
     # In:
-    positions,  # (n_vertices, 3) f8  [m]
-    nodes,  # (n, k) i4
-    origin,  # (3,) f8  [m]
-    cells_per_m,  # f8  [1/m], 2^21 cells over the widest extent
+    positions: Positions,  # (n_vertices, 3) f8  [m]
+    nodes: Ints,  # (n, k) i4
+    origin: Floats,  # (3,) f8  [m]
+    cells_per_m: float,  # f8  [1/m], 2^21 cells over the widest extent
     # Out:
-    codes_out,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
+    codes_out: Indices,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
 ):
+    """Compute the Morton code of each element."""
     for i in prange(nodes.shape[0]):
         codes_out[i] = morton_code(i, positions, nodes, origin, cells_per_m)
 
@@ -45,11 +48,12 @@ def compute_morton_codes(
 @light_kernel
 def flag_moved_lanes(
     # In:
-    vertex_moved,  # (n_vertices,) b1
-    nodes,  # (n_elements, k) i4
+    vertex_moved: Flags,  # (n_vertices,) b1
+    nodes: Ints,  # (n_elements, k) i4
     # Out:
-    lanes_out,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
+    lanes_out: Bits,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
 ):
+    """Mark the elements that have a moved vertex."""
     for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
         lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
 
@@ -57,12 +61,13 @@ def flag_moved_lanes(
 @light_kernel
 def fit_element_blocks(
     # In:
-    vertex_boxes,  # (n_vertices, 9) f4
-    nodes,  # (n_elements, k) i4
-    lanes,  # (>= n_blocks,) u1
+    vertex_boxes: AnyFloats,  # (n_vertices, 9) f4
+    nodes: Ints,  # (n_elements, k) i4
+    lanes: Bits,  # (>= n_blocks,) u1
     # Out:
-    blocks_out,  # (>= n_blocks, ROWS, WIDTH) f4, blocks that have lanes are written
+    blocks_out: AnyFloats,  # (>= n_blocks, ROWS, WIDTH) f4, written where a lane is marked
 ):
+    """Fit the boxes of the elements in blocks with a marked lane."""
     for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
         if lanes[block] != 0:
             element_block(block, vertex_boxes, nodes, blocks_out)
@@ -71,11 +76,12 @@ def fit_element_blocks(
 @light_kernel
 def fit_parent_blocks(
     # In:
-    first,  # i8, the first block of the level
-    end,  # i8, behind its last one; the level above begins there
+    first: int,  # i8, the first block of the level
+    end: int,  # i8, behind its last block; the level above begins there
     # Out:
-    lanes_out,  # (m,) u1
-    blocks_out,  # (m, ROWS, WIDTH) f4
+    lanes_out: Bits,  # (m,) u1
+    blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4
 ):
+    """Fit the marked lanes of the level above."""
     for parent in prange((end - first + WIDTH - 1) // WIDTH):
         parent_block(parent, first, end, False, lanes_out, blocks_out)

@@ -1,29 +1,35 @@
-"""Pairs of two trees whose boxes meet, and those that meet themselves."""
+"""Find the pairs of two trees whose boxes meet, and the contacts among them."""
+
+# The types of numba-cuda say that `cuda.grid` takes other arguments than it does.
+# pyright: reportCallIssue=false
 
 from numba import cuda
 
+from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Nodes, Offsets, Positions, Times
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.detection.serial.contacts import contacts_of_pairs, pair_key, pair_nodes
-from izo_ref.detection.serial.tree import WIDTH, pairs_of_block
+from izo_ref.detection.serial.tree import WIDTH, Tree, pairs_of_block
 
-# Queries, or pairs, that a thread takes.
+# Number of queries, or of pairs, that a thread takes.
 CHUNK = 1
-# What makes a key of elements, which is not negative, come before all that are not.
-BEFORE = -(2**63)
+# Added to the keys of vertex-face pairs, which are not negative, so that they are sorted before
+# those of edge-edge pairs.
+VERTEX_FACE_OFFSET = -(2**63)
 
 
 @cuda_kernel
 def find_pairs(
     # In:
-    chunks,  # (n,) i8, which queries: chunk c has CHUNK of them, from CHUNK * c on
-    starts,  # (n + 1,) i8, where each chunk writes, and how much room it has
-    queries,  # Tree
-    leaves,  # Tree
-    against_itself,  # b1, they are the same
+    chunks: Indices,  # (n,) i8, chunks of queries; chunk c has CHUNK of them, from CHUNK * c on
+    starts: Offsets,  # (n + 1,) i8, where each chunk writes, and where its room ends
+    queries: Tree,  # Tree
+    leaves: Tree,  # Tree
+    against_itself: bool,  # b1, both are the same tree
     # Out:
-    counts_out,  # (n,) i8, pairs of each chunk, also those without room
-    pairs_out,  # (starts[n], 2) i4, places of the elements of each pair
+    counts_out: Indices,  # (n,) i8, pairs of each chunk, also those without room
+    pairs_out: Ints,  # (starts[n], 2) i4, places of the elements of each pair
 ):
+    """Find the pairs of some chunks of queries whose moving boxes meet a leaf's."""
     k = cuda.grid(1)
     if k < chunks.shape[0]:
         block, lane = chunks[k] // WIDTH, chunks[k] % WIDTH
@@ -35,22 +41,21 @@ def find_pairs(
 @cuda_kernel
 def find_contacts(
     # In:
-    chunks,  # (n,) i8, which pairs: chunk c has CHUNK of them, from CHUNK * c on
-    pairs,  # (n_pairs, 2) i4, places
-    first_order,  # (n_queries,) i4
-    first_nodes,  # (n_queries, k) i4, of vertices or edges
-    second_order,  # (n_leaves,) i4
-    second_nodes,  # (n_leaves, l) i4, of faces or edges
-    positions_t0,  # (n_vertices, 3) f8  [m]
-    positions_t1,  # (n_vertices, 3) f8  [m]
-    reach,  # (n_vertices,) f8  [m], each may end so far from positions_t1, along each axis
-    max_steps,  # i8, proofs before a pair is given up, which then counts as a contact
+    chunks: Indices,  # (n,) i8, chunks of pairs; chunk c has CHUNK of them, from CHUNK * c on
+    pairs: Ints,  # (n_pairs, 2) i4, places
+    first: Tree,  # Tree, of vertices or edges
+    second: Tree,  # Tree, of faces or edges
+    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
+    positions_t1: Positions,  # (n_vertices, 3) f8  [m]
+    reach: Floats,  # (n_vertices,) f8  [m], how far from positions_t1 each may end, along each axis
+    max_steps: int,  # i8, steps of proof before a pair is given up, which then counts as a contact
     # Out:
-    tallies_out,  # (n, 3) i8, contacts, proofs, the most proofs for one
-    index_out,  # (n_pairs,) i8, contacts of chunk c stand from CHUNK * c on
-    toi_out,  # (n_pairs,) f8
-    directions_out,  # (n_pairs, 3) f8
+    tallies_out: Indices,  # (n, 3) i8, contacts, steps of all proofs, steps of the longest
+    index_out: Indices,  # (n_pairs,) i8, the pair of each contact; chunk c writes from CHUNK * c on
+    toi_out: Times,  # (n_pairs,) f8, time until which the contact is proved apart
+    directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
 ):
+    """Find the contacts among the pairs of some chunks: those that are not proved apart."""
     k = cuda.grid(1)
     if k < chunks.shape[0]:
         c = chunks[k]
@@ -58,10 +63,8 @@ def find_contacts(
             c,
             c + 1,
             pairs,
-            first_order,
-            first_nodes,
-            second_order,
-            second_nodes,
+            first,
+            second,
             positions_t0,
             positions_t1,
             reach,
@@ -75,26 +78,27 @@ def find_contacts(
 @cuda_kernel
 def gather_contacts(
     # In:
-    index,  # (n,) i8, which of the pairs
-    pairs,  # (n_pairs, 2) i4, places
-    pair_toi,  # (n_pairs,) f8
-    pair_directions,  # (n_pairs, 3) f8
-    first,  # Tree, of vertices or edges
-    second,  # Tree, of faces or edges
+    index: Indices,  # (n,) i8, the pair of each contact
+    pairs: Ints,  # (n_pairs, 2) i4, places
+    pair_toi: Times,  # (n_pairs,) f8
+    pair_directions: Floats,  # (n_pairs, 3) f8
+    first: Tree,  # Tree, of vertices or edges
+    second: Tree,  # Tree, of faces or edges
     # Out:
-    keys_out,  # (n,) i8, by elements, vertex-face pairs before edge-edge pairs
-    nodes_out,  # (n, 4) i4, vertex then face, or edge then edge
-    is_edge_edge_out,  # (n,) b1
-    toi_out,  # (n,) f8
-    directions_out,  # (n, 3) f8
+    keys_out: Indices,  # (n,) i8, to sort by elements, vertex-face pairs before edge-edge pairs
+    nodes_out: Nodes,  # (n, 4) i4, vertex then face, or edge then edge
+    is_edge_edge_out: Flags,  # (n,) b1
+    toi_out: Times,  # (n,) f8
+    directions_out: Floats,  # (n, 3) f8
 ):
+    """Gather the keys, vertices, kinds, times and directions of the contacts."""
     i = cuda.grid(1)
     if i < index.shape[0]:
         j = index[i]
         a, b = pairs[j, 0], pairs[j, 1]
         is_edge_edge = first.nodes.shape[1] == 2
         key = pair_key(a, b, first.order, first.nodes, second.order)
-        keys_out[i] = key if is_edge_edge else key + BEFORE
+        keys_out[i] = key if is_edge_edge else key + VERTEX_FACE_OFFSET
         is_edge_edge_out[i], toi_out[i] = is_edge_edge, pair_toi[j]
         nodes = pair_nodes(a, b, first.order, first.nodes, second.order, second.nodes)
         for k in range(4):

@@ -1,7 +1,11 @@
-"""Of pairs that meet: which are certain, and their frames."""
+"""Compute the frames of impacts: their weights and normals."""
+
+# The types of numba-cuda say that `cuda.grid` takes other arguments than it does.
+# pyright: reportCallIssue=false
 
 from numba import cuda
 
+from izo_ref.base.arrays import Flags, Indices, Nodes, Normals, Positions, Times, Weights
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.detection.formulas.frame import closest_frame, impact_frame
 from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
@@ -10,20 +14,21 @@ from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
 @cuda_kernel
 def gather_impacts(
     # In:
-    positions_t0,  # (n_vertices, 3) f8  [m]
-    positions_t1,  # (n_vertices, 3) f8  [m]
-    index,  # (n,) i8, which of the contacts
-    nodes,  # (n_contacts, 4) i4
-    is_edge_edge,  # (n_contacts,) b1
-    toi,  # (n_contacts,) f8
-    directions,  # (n_contacts, 3) f8
+    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
+    positions_t1: Positions,  # (n_vertices, 3) f8  [m]
+    index: Indices,  # (n,) i8, the contact of each impact
+    nodes: Nodes,  # (n_contacts, 4) i4
+    is_edge_edge: Flags,  # (n_contacts,) b1
+    toi: Times,  # (n_contacts,) f8
+    directions: Normals,  # (n_contacts, 3) f8, the last ones that separated the sides
     # Out:
-    nodes_out,  # (n, 4) i4
-    is_edge_edge_out,  # (n,) b1
-    toi_out,  # (n,) f8
-    weights_out,  # (n, 4) f8
-    normals_out,  # (n, 3) f8
+    nodes_out: Nodes,  # (n, 4) i4
+    is_edge_edge_out: Flags,  # (n,) b1
+    toi_out: Times,  # (n,) f8
+    weights_out: Weights,  # (n, 4) f8
+    normals_out: Normals,  # (n, 3) f8
 ):
+    """Gather the impacts among the contacts, and compute their frames."""
     i = cuda.grid(1)
     if i < index.shape[0]:
         j = index[i]
@@ -42,13 +47,14 @@ def gather_impacts(
 @cuda_kernel
 def compute_closest_frames(
     # In:
-    positions,  # (n_vertices, 3) f8  [m]
-    nodes,  # (n_impacts, 4) i4
-    is_edge_edge,  # (n_impacts,) b1
+    positions: Positions,  # (n_vertices, 3) f8  [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    is_edge_edge: Flags,  # (n_impacts,) b1
     # Out:
-    weights_out,  # (n_impacts, 4) f8
-    normals_out,  # (n_impacts, 3) f8
+    weights_out: Weights,  # (n_impacts, 4) f8
+    normals_out: Normals,  # (n_impacts, 3) f8
 ):
+    """Compute the frame of each pair at its closest points."""
     i = cuda.grid(1)
     if i < nodes.shape[0]:
         q1, q2, q3 = relative_nodes(positions, row4(nodes, i))

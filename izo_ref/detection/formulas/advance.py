@@ -1,34 +1,70 @@
-"""Does a vertex-face or edge-edge pair meet on its path, and when first?
+"""Decide whether a vertex-face or edge-edge pair meets on its path, and find when it first does.
 
-From t = 0 on, each step proves the pair apart on [t, t_next] in one of two ways, takes
-the one that reaches farther, and goes on from there:
+**Symbols.** A pair has four nodes, 0 to 3. Node k moves from p_k(0) to p_k(1) on a straight line:
+p_k(t) = (1 - t) p_k(0) + t p_k(1). The two sides are the vertex 0 and the face 1 2 3, or the edge
+0 1 and the edge 2 3. Node k relative to node 0 is e_k(t) = p_k(t) - p_0(t), so e_0 = 0. The
+functions take a_k = e_k(0) and b_k = e_k(1) for k = 1, 2, 3, each computed as a difference of
+floats.
 
-* **a direction that separates**: for a fixed n, n . (p_i(t) - p_j(t)) is linear in t for
-  every node i of the first side and j of the second. If it is positive for all of them at
-  t and at t_next, the sides are apart in between. n is the vector between the closest
-  points at t; any n would be sound, this one reaches far. When the pair approaches
-  without turning, one step ends at the contact; otherwise the error is squared each step.
-* **no coplanar time**: the cubic of `detection/formulas/coplanar.py` has no root in [t, t_next].
-  That one does not mind rotation, but says nothing where the pair stays coplanar.
+**Method.** `advance` begins at t = 0. In each step it proves that the pair is apart on an interval
+[t, t_next]. It tries two kinds of proof, takes the one that reaches farther, and goes on from
+t_next:
 
-So nothing is missed: a pair is called APART only when each part of [0, 1] was proved.
-CONTACT says that at `toi` neither proof gets on: the pair touches but for rounding, which
-is some 1e-14 of the size of a well-shaped pair, and more for slivers. UNDECIDED says that
-`max_steps` did not suffice, with the time until which it is proved apart.
+* *A direction that separates the sides.* For a fixed vector n, the gap n . (e_i(t) - e_j(t)) is
+  linear in t, for each node i of the first side and each node j of the second. If all these gaps
+  are positive at t and at t_next, they are positive in between, so the sides are apart. This proof
+  is sound for any n. The step tries the vector between the closest points at t, which reaches far,
+  and the normal of the features (face, edges) on which these points lie. If the pair approaches
+  without turning, one step ends at the contact. Otherwise each step squares the error.
+* *No coplanar time.* Sides that meet have coplanar nodes, and at such a time the cubic of
+  `detection/formulas/coplanar.py` is zero. So the pair is apart on [t, t_next] if the cubic has no
+  root there. Rotation does not weaken this proof, but it says nothing where the pair stays
+  coplanar.
 
-Rounding of the first proof. u = 2^-53; M bounds |e_k|_inf (node k relative to node 0) at
-both ends; n is taken as exact. Each projection n . e_k has the input's error u and
-gamma_3 of the dot product, 4 u |n|_1 M; a difference of two projections 8 u |n|_1 M + its
-own rounding 2 u |n|_1 M: 10 u. Its interpolation at t adds 3 u * 2 |n|_1 M = 6 u, and the
-time at which it falls to the threshold is computed with 5 u of relative error on a
-difference of at most 4 |n|_1 M: 20 u. Together 36 u; GAP_ERROR = 48 u is the threshold.
+**Result.**
 
-Ends that are not known: node k may end within `reach` e_k of b_k, along each axis. A gap of
-nodes i and j at t = 1 is less by |n|_1 (e_i + e_j) at most, and in between by t times that: so
-it is taken off at t = 1, and what is linear stays linear. M is made larger by the reach; the
-product, 4 u |n|_1 M, and the subtraction, 2 u |n|_1 M, bring the 36 u to 42 u.
+* APART: every part of [0, 1] was proved. This is the only way to this answer, so no pair that
+  meets is missed.
+* CONTACT: the pair is proved apart until `toi`, and from there neither proof gets on. The pair
+  touches at `toi` as far as rounding can tell: its distance is about 1e-14 of the size of a
+  well-shaped pair, and larger for slivers.
+* UNDECIDED: `max_steps` steps were not enough. The pair is proved apart until `toi`.
+
+**Rounding of the first proof.** Let u = 2^-53, and let M bound |e_k|_inf at both ends for all k.
+The direction n needs no error: any n is sound, so the computed n is the direction itself. Let h0
+and h1 be the computed gap of two nodes at t = 0 and t = 1.
+
+Claim: if (1 - t) h0 + t h1 > threshold = 48 u |n|_1 M in floats, then the exact gap is positive
+from t until the time that `_gap_until` computes. The errors, in units of u |n|_1 M and up to terms
+in u^2, are:
+
+    projection n . e_k      the input e_k: 1; a dot product of three terms, gamma_3: 3         4
+    gap, h0 or h1           two projections: 8; the difference is at most 2 |n|_1 M: 2        10
+    gap at t                1 - t, a product and a sum, of values up to 2 |n|_1 M: 3 * 2       6
+    time of the threshold   (h0 - threshold) / (h0 - h1) has a relative error of at most 5 u,
+                            and the gap changes by at most 4 |n|_1 M on the path: 5 * 4       20
+
+Together these are 36. GAP_ERROR = 48 u leaves room for the terms in u^2, such as the rounding of
+the threshold. `TINY` covers products that underflow.
+
+**Ends that are not known.** Node k may end anywhere within `reach[k]` of p_k(1), along each axis;
+call this reach_k. For such ends the gap of nodes i and j at t = 1 is smaller by at most
+|n|_1 (reach_i + reach_j), and the gap at time t by t times that. So this amount is subtracted from
+h1: what remains is linear in t, and is a lower bound for every end within reach. M is now the
+largest M_k = max(|a_k|_inf, |b_k|_inf) + reach_0 + reach_k. In the units above, the errors of h1
+are:
+
+    of node i or j          4 u |n|_1 |b_i|_inf for the projection; 4 u |n|_1 reach_i for the
+                            norm, the sum of both reaches and the product; u |n|_1 reach_i
+                            because the reach holds up to a rounding. As
+                            |b_i|_inf + reach_i <= M, at most 5 for each of the two nodes     10
+    two subtractions        the results are at most 2 |n|_1 M: 2 * 2                           4
+
+These 14 replace the 10 of the table, which makes 40 in place of 36: still below 48. The tests
+along axes and diagonals need no interpolation and no time, so 14 covers them.
 """
 
+from izo_ref.base.arrays import Vec3, Vec4
 from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import (
     dot3,
@@ -53,20 +89,23 @@ CONTACT = 1
 UNDECIDED = 2
 
 GAP_ERROR = 48.0 * 2.0**-53
-# |det| <= 6 times the product of its columns' largest entries; what is above 6 is for rounding.
+# |det(x, y, z)| <= 6 |x|_inf |y|_inf |z|_inf, because it has six terms. The part above 6 covers the
+# rounding of the products.
 REACH_ERROR = 6.0 + 2.0**-40
 # Half of the 23,958 contacts of armadillo-rollers take 5 steps at most, 99 % at most 22;
 # one takes all of these.
 MAX_STEPS = 400
-# t is in [0, 1]: a step below a few of its roundings is none.
+# A shorter step is no progress: t is in [0, 1] and has an error of a few u. Each step also ends
+# earlier by this much, which covers the rounding of `root_free_until`.
 MIN_STEP = 16.0 * 2.0**-53
 
 
 @compiled
-def _gap_until(h0, h1, t, threshold):
-    """Largest time up to which a gap, h0 at 0 and h1 at 1, stays above threshold.
+def _gap_until(h0: float, h1: float, t: float, threshold: float) -> float:
+    """Return the largest time up to which a gap stays above the threshold from t on.
 
-    -1 when it is not above it at t.
+    The gap is h0 at time 0 and h1 at time 1, and linear in between. The result is 2 if the gap is
+    above the threshold until time 1, and -1 if it is not above it at t.
     """
     if not (1.0 - t) * h0 + t * h1 > threshold:
         return -1.0
@@ -76,10 +115,22 @@ def _gap_until(h0, h1, t, threshold):
 
 
 @compiled
-def separated_until(is_edge_edge, n, a1, a2, a3, b1, b2, b3, reach, t, threshold):
-    """Largest time until which n keeps the two sides apart, from t on.
+def separated_until(
+    is_edge_edge: bool,
+    n: Vec3,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    reach: Vec4,
+    t: float,
+    threshold: float,
+) -> float:
+    """Return the largest time until which the direction n keeps the sides apart, from t on.
 
-    2 for the whole path, -1 when n does not separate them at t.
+    The result is 2 if it keeps them apart until time 1, and -1 if it does not separate them at t.
     """
     s1, s2, s3 = dot3(n, a1), dot3(n, a2), dot3(n, a3)
     r1, r2, r3 = dot3(n, b1), dot3(n, b2), dot3(n, b3)
@@ -95,10 +146,22 @@ def separated_until(is_edge_edge, n, a1, a2, a3, b1, b2, b3, reach, t, threshold
 
 
 @compiled
-def _apart_along(is_edge_edge, s1, s2, s3, r1, r2, r3, size, reach, threshold):
-    """Whether a direction separates the sides all the time, either way round.
+def _apart_along(
+    is_edge_edge: bool,
+    s1: float,
+    s2: float,
+    s3: float,
+    r1: float,
+    r2: float,
+    r3: float,
+    size: float,
+    reach: Vec4,
+    threshold: float,
+) -> bool:
+    """Return whether a direction n, or -n, separates the sides on the whole path.
 
-    s_k, r_k are the projections of nodes 1..3 at t = 0, 1; node 0 has 0. `size` is |n|_1.
+    s_k and r_k are the projections of nodes 1 to 3 on n at t = 0 and t = 1; those of node 0 are 0.
+    `size` is |n|_1.
     """
     e0, e1, e2, e3 = size * reach[0], size * reach[1], size * reach[2], size * reach[3]
     if is_edge_edge:
@@ -115,8 +178,23 @@ def _apart_along(is_edge_edge, s1, s2, s3, r1, r2, r3, size, reach, threshold):
 
 
 @compiled
-def _apart_along_diagonals(is_edge_edge, i, j, a1, a2, a3, b1, b2, b3, reach, threshold):
-    """The same of the two diagonals of axes i and j."""
+def _apart_along_diagonals(
+    is_edge_edge: bool,
+    i: int,
+    j: int,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    reach: Vec4,
+    threshold: float,
+) -> bool:
+    """Return whether a diagonal of the plane of axes i and j separates the sides on the path.
+
+    The diagonals are the sum and the difference of the two axes, so |n|_1 = 2.
+    """
     return _apart_along(
         is_edge_edge,
         a1[i] + a1[j],
@@ -143,27 +221,43 @@ def _apart_along_diagonals(is_edge_edge, i, j, a1, a2, a3, b1, b2, b3, reach, th
 
 
 @compiled
-def advance(is_edge_edge, a1, a2, a3, b1, b2, b3, reach, max_steps):
-    """First contact of a pair; a_k, b_k are nodes 1..3 relative to node 0 at t = 0, 1.
+def advance(
+    is_edge_edge: bool,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    reach: Vec4,
+    max_steps: int,
+) -> tuple[int, float, Vec3, int]:
+    """Prove a pair apart on its path, or find its first contact.
 
     Args:
-        reach: of nodes 0..3. Each may end anywhere so far from its end, along each axis:
-            APART holds for all such ends. For anything else let it be zero.
-        max_steps: [steps] before it gives up.
+        is_edge_edge: True for two edges, False for a vertex and a face.
+        a1: Node 1 relative to node 0 at t = 0.
+        a2: Node 2 relative to node 0 at t = 0.
+        a3: Node 3 relative to node 0 at t = 0.
+        b1: Node 1 relative to node 0 at t = 1.
+        b2: Node 2 relative to node 0 at t = 1.
+        b3: Node 3 relative to node 0 at t = 1.
+        reach: How far each of the nodes 0 to 3 may end from its end, along each axis. APART then
+            holds for all such ends. The other results have a meaning for a reach of zero only.
+        max_steps: Number of steps after which the pair is given up as UNDECIDED.
 
     Returns:
-        status: APART, CONTACT or UNDECIDED.
-        toi: time of impact in [0, 1]; until there the pair is proved apart.
-        direction: the last direction that separated the sides (second to first), or zero.
-        steps: number of proofs.
+        The status, APART, CONTACT or UNDECIDED; the time of impact in [0, 1], until which the pair
+        is proved apart; the last direction that separated the sides, which points from the second
+        side to the first, or zero; and the number of steps.
     """
     e1, e2, e3 = reach[0] + reach[1], reach[0] + reach[2], reach[0] + reach[3]
     m1 = max(max_abs3(a1), max_abs3(b1)) + e1
     m2 = max(max_abs3(a2), max_abs3(b2)) + e2
     m3 = max(max_abs3(a3), max_abs3(b3)) + e3
     gap_error = GAP_ERROR * max(m1, max(m2, m3))
-    # The relative motion is mostly small, however far the pair travels: the axes, by which the
-    # boxes were compared, and the diagonals of their planes, |n|_1 = 2, settle most pairs with
+    # The relative motion is mostly small, however far the pair travels. So the axes, along which
+    # the boxes were compared, and the diagonals of their planes, |n|_1 = 2, settle most pairs with
     # next to no product. Without the diagonals armadillo-rollers takes 993,475 proofs, with them
     # 449,144, which its certificate counts.
     for k in range(3):
@@ -176,7 +270,8 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3, reach, max_steps):
             is_edge_edge, k, (k + 1) % 3, a1, a2, a3, b1, b2, b3, reach, 2.0 * gap_error + TINY
         ):
             return APART, 1.0, (0.0, 0.0, 0.0), 0
-    # By a power of two to a size near 1: exact, and products neither overflow nor vanish.
+    # Scale the pair by a power of two to a size near 1. This is exact, except for entries that
+    # underflow, which TINY covers. Products then neither overflow nor vanish.
     size = power_of_two_for(max(m1, max(m2, m3)))
     a1, a2, a3 = scale3(size, a1), scale3(size, a2), scale3(size, a3)
     b1, b2, b3 = scale3(size, b1), scale3(size, b2), scale3(size, b3)
@@ -184,7 +279,8 @@ def advance(is_edge_edge, a1, a2, a3, b1, b2, b3, reach, max_steps):
     e1, e2, e3 = size * e1, size * e2, size * e3
     reach = (size * reach[0], size * reach[1], size * reach[2], size * reach[3])
     cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + TINY
-    # by the reach a determinant changes by |e|_inf in any of its columns, or in several
+    # An end within reach changes column k of the determinant by at most e_k. Change one column
+    # after the other: each change is a determinant whose other columns are at most m_k.
     cubic_error += REACH_ERROR * (e1 * m2 * m3 + m1 * e2 * m3 + m1 * m2 * e3)
     # a pair that is never coplanar needs no closest points
     cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)

@@ -1,32 +1,52 @@
-"""The cubic whose roots are the times at which the four nodes of a pair are coplanar.
+"""The cubic that is zero when the four nodes of a pair are coplanar, and how far it has no root.
 
-f(t) = det(e1(t), e2(t), e3(t)), with e_k(t) = (1 - t) e_k(0) + t e_k(1) the second to
-fourth node relative to the first. As long as f has no root the pair cannot meet. It is
-held in Bernstein form: a cubic is enclosed by its control polygon, on [0, 1] and, after
-subdivision, on any part of it. A cubic of lower degree, or one that is zero, needs no care.
+**Symbols.** e_k(t) = (1 - t) e_k(0) + t e_k(1), for k = 1, 2, 3, are the second to fourth node
+relative to the first. The nodes are coplanar at the roots of
 
-Rounding. u = 2^-53; M_k bounds |e_k|_inf at both ends; P = M_1 M_2 M_3, so |f| <= 6 P.
-    input     e_k are differences of floats: relative error u each              18 u P
-    cross     4 u M_2 M_3 a component, times 3 M_1                              12 u P
-    dot       three terms of at most 2 P each, gamma_3                          18 u P
-    b1, b2    sum of three determinants, up to 18 P, a third of it              22 u P
-    subdivide at both ends: six levels of (1 - t) x + t y, 3 u |x| <= 18 u P   108 u P
-    lowering  c - error, when the hull is taken                                  6 u P
-Together 184 u P, plus terms in u^2: COEFFICIENT_ERROR = 192 u. With the pair scaled to a
-size near 1, a product that underflows is off by at most 2^-1075, and there are less than a
-hundred: TINY covers them.
+    f(t) = det(e_1(t), e_2(t), e_3(t)),
+
+a cubic in t. As long as f has no root, the pair cannot meet.
+
+**Method.** f is held in Bernstein form, by four coefficients on [0, 1]. Its graph lies in the
+convex hull of its control points, on [0, 1] and, after subdivision, on any part of it. A cubic of
+lower degree, or one that is zero everywhere, needs no special case.
+
+**Rounding.** Let u = 2^-53, let M_k bound |e_k|_inf at both ends, and let P = M_1 M_2 M_3. A
+determinant has six terms, so |f| <= 6 P, and each coefficient is at most 6 P too. The errors, in
+units of u P and up to terms in u^2, are:
+
+    input         each e_k is a difference of floats, with a relative error u: 3 * 6          18
+    cross         a component of a cross product is the difference of two products, with an
+                  error of 2 u + 2 u times M_2 M_3; there are three, times M_1: 3 * 4         12
+    dot           three terms of at most 2 P each, gamma_3: 3 * 6                             18
+    mean          the two inner coefficients are a third of a sum of three determinants. The
+                  two sums are at most 12 P and 18 P: 30; the float 1/3 and the product: 36;
+                  a third of both                                                             22
+    subdivision   twice, three levels each, of (1 - t) x + t y: six times 3 u |x| with
+                  |x| <= 6 P: 6 * 18                                                         108
+    lowering      c - error, where the hull is taken: 6                                        6
+
+Together these are 184. COEFFICIENT_ERROR = 192 u leaves room for the terms in u^2. Averages do not
+amplify the errors of the coefficients they start from, so the errors add up.
+
+**Underflow.** The pair is scaled to a size near 1. A product that underflows is then off by at most
+2^-1075. There are less than a hundred products, so TINY covers them.
 """
 
+from izo_ref.base.arrays import Vec3, Vec4
 from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import det3
 
 COEFFICIENT_ERROR = 192.0 * 2.0**-53
 TINY = 1e-300
+# Rounds of Bezier clipping. Each squares the distance to a simple root, so four or five suffice;
+# the next step of `advance` continues where they end.
+CLIPS = 6
 
 
 @compiled
-def bernstein_coefficients(a1, a2, a3, b1, b2, b3):
-    """Four coefficients of f on [0, 1]; a_k = e_k(0), b_k = e_k(1)."""
+def bernstein_coefficients(a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3) -> Vec4:
+    """Return the four Bernstein coefficients of f on [0, 1]; a_k is e_k(0), b_k is e_k(1)."""
     third = 1.0 / 3.0
     return (
         det3(a1, a2, a3),
@@ -37,8 +57,8 @@ def bernstein_coefficients(a1, a2, a3, b1, b2, b3):
 
 
 @compiled
-def split(c, t):
-    """Coefficients on [0, t] and on [t, 1] of a cubic on [0, 1] (de Casteljau)."""
+def split(c: Vec4, t: float) -> tuple[Vec4, Vec4]:
+    """Return the coefficients of a cubic on [0, t] and on [t, 1], by de Casteljau's algorithm."""
     s = 1.0 - t
     d0 = s * c[0] + t * c[1]
     d1 = s * c[1] + t * c[2]
@@ -50,19 +70,20 @@ def split(c, t):
 
 
 @compiled
-def _first_crossing(x0, y0, x1, y1):
-    """Where the segment from (x0, y0 > 0) to (x1, y1) meets zero; 2 if it does not."""
+def _first_crossing(x0: float, y0: float, x1: float, y1: float) -> float:
+    """Return where the segment from (x0, y0) to (x1, y1) goes from above 0 to 0; 2 if nowhere."""
     if y0 > 0.0 and not y1 > 0.0:
         return x0 + (x1 - x0) * (y0 / (y0 - y1))
     return 2.0
 
 
 @compiled
-def hull_root_bound(c, sign, error):
-    """A number in [0, 2] below every root of the cubic in [0, 1]; 2 means no root.
+def hull_root_bound(c: Vec4, sign: float, error: float) -> float:
+    """Return a lower bound of the roots of a cubic in [0, 1]; 2 means that it has none there.
 
-    The graph, times `sign`, lies in the convex hull of (k / 3, sign c_k); each is lowered
-    by `error`. 0 when the graph is not certain to begin above zero.
+    The graph of the cubic, times `sign`, lies in the convex hull of the points (k / 3, sign c_k).
+    Each point is lowered by `error`, and the result is where the lowered hull first goes down to
+    zero. It is 0 if the graph is not certain to begin above zero.
     """
     y0 = sign * c[0] - error
     y1 = sign * c[1] - error
@@ -79,22 +100,25 @@ def hull_root_bound(c, sign, error):
     return min(x, _first_crossing(2.0 * third, y2, 1.0, y3))
 
 
-# Bezier clipping squares the distance to a simple root, so four or five suffice; what is
-# left after that is taken up by the next step of `advance`.
-CLIPS = 6
-
-
 @compiled
-def root_free_until(c, t, error):
-    """A time from which on there may be a root; until there, from t, there is none.
+def root_free_until(c: Vec4, t: float, error: float) -> float:
+    """Return a time such that the cubic has no root from t until then.
 
-    2 if there is none up to 1; t if nothing can be said. Each round clips the hull on a
-    window that ends at twice the distance of Newton's root: there the cubic is nearly
-    straight and the hull nearly the graph.
+    The result is 2 if there is no root until 1, and t if nothing can be said. Each round clips the
+    hull on a window that ends at twice the distance of Newton's root. There the cubic is nearly
+    straight, so the hull is nearly the graph.
 
-    `low` is rounded, by less than 16 u in all rounds: the caller steps back by that much.
-    A root inside that sliver is not skipped, because the sign of the first round is kept:
-    once the cubic has changed it, nothing is certain and the rounds end.
+    Rounding of the time: `low` is the time that is reached. A round computes it with an error of
+    less than 16 u, so a root may lie in the sliver between the exact time and `low`. It is not
+    skipped:
+
+    * If the cubic changes its sign in the sliver, then its value at `low` is not certain to have
+      `sign`, which is that at t, and the rounds end. The caller subtracts 16 u, so it stays before
+      the root.
+    * The cubic cannot change its sign twice in a sliver after which the rounds go on. At both ends
+      of the sliver its value, times `sign`, is then at least `error` less the rounding of its
+      coefficients, that is 8 u P or more. And |f''| <= 6 * 4 * 6 P = 144 P, so in a width of 16 u
+      the graph is below its chord by at most 144 P (16 u)^2 / 8, which is far less.
     """
     low = t
     _, rest = split(c, low)

@@ -1,5 +1,6 @@
-"""Does an edge cross a face, at one time? Certain answers, or none."""
+"""Decide whether an edge crosses a face at one time; the answer is certain, or there is none."""
 
+from izo_ref.base.arrays import Vec3
 from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import (
     det3,
@@ -17,10 +18,14 @@ from izo_ref.detection.formulas.coplanar import COEFFICIENT_ERROR, TINY
 
 
 @compiled
-def certain_sign(a, b, c):
-    """Sign of det(a, b, c), 0 if rounding could have changed it; the arguments are
-    differences of floats. The bound of a coefficient in coplanar.py covers it; scaled to a
-    size near 1, which is exact, so that nothing overflows and what vanishes is below TINY."""
+def certain_sign(a: Vec3, b: Vec3, c: Vec3) -> int:
+    """Return the sign of det(a, b, c), or 0 if rounding could have changed it.
+
+    Each argument is a difference of floats. COEFFICIENT_ERROR bounds the error of such a
+    determinant (`detection/formulas/coplanar.py`: input, cross and dot are 48 u of its 192 u). Each
+    argument is scaled by a power of two to a size near 1, so nothing overflows, and TINY covers
+    what underflows.
+    """
     a = scale3(power_of_two_for(max_abs3(a)), a)
     b = scale3(power_of_two_for(max_abs3(b)), b)
     c = scale3(power_of_two_for(max_abs3(c)), c)
@@ -34,15 +39,15 @@ def certain_sign(a, b, c):
 
 
 @compiled
-def _closer(best, candidate):
+def _closer(best: Vec3, candidate: Vec3) -> Vec3:
     if dot3(candidate, candidate) < dot3(best, best):
         return candidate
     return best
 
 
 @compiled
-def _closest_vector(p, q, a, b, c):
-    """From the face a b c to the edge p q, the shortest over vertices and edges."""
+def _closest_vector(p: Vec3, q: Vec3, a: Vec3, b: Vec3, c: Vec3) -> Vec3:
+    """Return the shortest vector from face a b c to edge p q, over all vertices and edges."""
     n = (0.0, 0.0, 0.0)
     for end in range(2):
         v = p if end == 0 else q
@@ -58,12 +63,15 @@ def _closest_vector(p, q, a, b, c):
 
 
 @compiled
-def edge_face_status(p, q, a, b, c):
-    """APART or CONTACT if that is certain, else UNDECIDED.
+def edge_face_status(p: Vec3, q: Vec3, a: Vec3, b: Vec3, c: Vec3) -> int:
+    """Return APART or CONTACT if that is certain for edge p q and face a b c, else UNDECIDED.
 
-    With the origin taken in a, all arguments are differences of floats where they enter a
-    sign. Apart: the ends strictly on one side of the face's plane, or the edge's line
-    strictly on both sides of two of the face's edges, or a direction that separates.
+    They are certainly apart in three cases: both ends of the edge are strictly on the same side of
+    the plane of the face; or the line of the edge passes two edges of the face on strictly
+    different sides, so that it misses the face; or a direction separates them.
+
+    They certainly meet if the ends are strictly on different sides of the plane, and the line of
+    the edge passes all three edges of the face strictly on the same side.
     """
     ap, aq, ab, ac = sub3(p, a), sub3(q, a), sub3(b, a), sub3(c, a)
     side_p = certain_sign(ab, ac, ap)

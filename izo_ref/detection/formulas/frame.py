@@ -1,19 +1,24 @@
-"""Normal and weights of an impact, frozen at its time (SPEC 1, page eqs. 2 and 3)."""
+"""Normal and weights of an impact, frozen at its time of impact.
 
+A pair is given by q1, q2, q3, nodes 1 to 3 relative to node 0.
+
+Source: SPEC section 1, page equations 2 and 3.
+"""
+
+from izo_ref.base.arrays import Vec3, Vec4
 from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import cross3, dot3, lerp3, max_abs3, scale3, sub3, unit3
 from izo_ref.detection.formulas.closest import pair_weights, weighted_sum
 
-# A gap at t = 0 below this fraction of the pair's size, or a cross product below it, is
-# taken for none: the plane's normal then says nothing about the side the pair came from.
-# Rounding alone makes some 1e-15; a wrong choice here costs a poorer half-space, not
-# safety.
+# A gap at t = 0 below this fraction of the pair's size counts as zero, and so does the sine of an
+# angle below it. The normal of the plane then does not say from which side the pair came. Rounding
+# alone gives about 1e-15. A wrong choice here gives a poorer half-space, and costs no safety.
 FLAT = 1e-10
 
 
 @compiled
-def plane_normal(is_edge_edge, q1, q2, q3):
-    """Normal of the face, or of both edges; zero where that is not defined."""
+def plane_normal(is_edge_edge: bool, q1: Vec3, q2: Vec3, q3: Vec3) -> Vec3:
+    """Return the unit normal of the face, or of both edges; zero where that is not defined."""
     if is_edge_edge:
         u, v = q1, sub3(q3, q2)
     else:
@@ -25,12 +30,15 @@ def plane_normal(is_edge_edge, q1, q2, q3):
 
 
 @compiled
-def feature_normal(is_edge_edge, weights, q1, q2, q3, n):
-    """Normal of the features on which the closest points lie, on the side of n.
+def feature_normal(
+    is_edge_edge: bool, weights: Vec4, q1: Vec3, q2: Vec3, q3: Vec3, n: Vec3
+) -> Vec3:
+    """Return the normal of the features on which the closest points lie, on the side of n.
 
-    Close to contact n, the vector between them, is mostly rounding: u over the gap. The
-    normal of a face, or of two edges, is not; and where one point is inside an edge, n is
-    made orthogonal to that edge, or its far end would be on the wrong side of n.
+    n is the unit vector between the closest points. Close to contact it is mostly rounding: its
+    error is about u times the size of the pair over the gap. The normal of the face, or of the two
+    edges, does not have this error. Where a closest point is inside an edge, n is made orthogonal
+    to that edge; otherwise the far end of the edge would be on the wrong side of n.
     """
     if is_edge_edge:
         first_inside = weights[0] > 0.0 and weights[1] > 0.0
@@ -61,14 +69,26 @@ def feature_normal(is_edge_edge, weights, q1, q2, q3, n):
 
 
 @compiled
-def impact_frame(is_edge_edge, a1, a2, a3, b1, b2, b3, toi, direction):
-    """Weights (4 numbers) and unit normal of an impact.
+def impact_frame(
+    is_edge_edge: bool,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    toi: float,
+    direction: Vec3,
+) -> tuple[Vec4, Vec3]:
+    """Return the weights and the unit normal of an impact.
 
-    a_k, b_k are nodes 1..3 relative to node 0 at t = 0, 1; `direction` is the last one
-    that separated the sides before `toi`. The normal is that of the face, or of the two
-    edges; where they are degenerate, or the pair moves in one plane so that its gap along
-    that normal is zero all the time, it is `direction`. Its sign makes the gap positive
-    at t = 0: the frozen gap is linear and zero at `toi`, so that is the side it came from.
+    a_k and b_k are nodes 1 to 3 relative to node 0 at t = 0 and t = 1. `direction` is the last
+    direction that separated the sides before `toi`.
+
+    The normal is that of the face, or of the two edges. It is `direction` where these are
+    degenerate, and where the pair moves in one plane, so that its gap along that normal is zero at
+    all times. The frozen gap is linear in time and zero at `toi`, so its sign at t = 0 says from
+    which side the pair came: the normal is turned so that this gap is positive.
     """
     q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)
     weights = pair_weights(is_edge_edge, q1, q2, q3)
@@ -76,7 +96,7 @@ def impact_frame(is_edge_edge, a1, a2, a3, b1, b2, b3, toi, direction):
     gap_t0 = dot3(normal, weighted_sum(weights, a1, a2, a3))
     size = max(max_abs3(a1), max(max_abs3(a2), max_abs3(a3)))
     if not abs(gap_t0) > FLAT * size:
-        if max_abs3(direction) == 0.0:  # in contact from the start: what rounding left
+        if max_abs3(direction) == 0.0:  # in contact from the start: only rounding is left
             direction = unit3(weighted_sum(weights, q1, q2, q3))
         return weights, direction
     if gap_t0 < 0.0:
@@ -85,11 +105,13 @@ def impact_frame(is_edge_edge, a1, a2, a3, b1, b2, b3, toi, direction):
 
 
 @compiled
-def closest_frame(is_edge_edge, q1, q2, q3):
-    """Weights and unit normal of the closest points of a pair at rest (SPEC 6).
+def closest_frame(is_edge_edge: bool, q1: Vec3, q2: Vec3, q3: Vec3) -> tuple[Vec4, Vec3]:
+    """Return the weights and the unit normal of the closest points of a pair at rest.
 
-    On a free path the sides have not passed each other, so the vector between the closest
-    points is on the right side as it is.
+    At the end of a free path the sides have not passed through each other, so the vector between
+    the closest points has the right sign.
+
+    Source: SPEC section 6.
     """
     weights = pair_weights(is_edge_edge, q1, q2, q3)
     return weights, unit3(weighted_sum(weights, q1, q2, q3))

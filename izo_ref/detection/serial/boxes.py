@@ -1,19 +1,28 @@
-"""Moving boxes of vertices, elements and blocks of a tree; `tree.py` says what they are."""
+"""Moving boxes of vertices, elements and blocks of a tree; `serial/tree.py` explains the tree."""
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyFloats, AnyInt, Bits, Flags, Floats, Ints, Positions
 from izo_ref.base.compile import compiled
 from izo_ref.detection.serial.tree import WIDTH
 
-LARGEST_F4 = 3.0e38
-CELLS = 2097152  # 2^21 along an axis: 63 bits in all
+LARGEST_F4 = 3.0e38  # coordinates are clamped to it, so that float32 does not overflow
+CELLS = 2097152  # 2^21 cells along an axis: 63 bits for all three
 
 
 @compiled
-def vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out):
-    """Start, and lowest and highest end, of vertex i: row i of `boxes_out`."""
+def vertex_box(
+    i: int,
+    positions_t0: Positions,
+    low_t1: Positions,
+    high_t1: Positions,
+    origin: Floats,
+    scale: float,
+    boxes_out: AnyFloats,
+) -> None:
+    """Write the start, the lowest end and the highest end of vertex i to row i of `boxes_out`."""
     for axis in range(3):
-        # each step rounds monotonically: what is in strict order after it was before
+        # each operation rounds monotonically: values in strict order after it were so before it
         a = (positions_t0[i, axis] - origin[axis]) * scale
         b = (low_t1[i, axis] - origin[axis]) * scale
         c = (high_t1[i, axis] - origin[axis]) * scale
@@ -23,8 +32,10 @@ def vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out):
 
 
 @compiled
-def morton_code(i, positions, nodes, origin, cells_per_m):
-    """Of the mean of the nodes of element i: 21 bits an axis, interleaved."""
+def morton_code(
+    i: int, positions: Positions, nodes: Ints, origin: Floats, cells_per_m: float
+) -> AnyInt:
+    """Return the Morton code of the mean of element i's nodes: 21 bits an axis, interleaved."""
     code = np.int64(0)
     for axis in range(3):
         centre = 0.0
@@ -32,7 +43,7 @@ def morton_code(i, positions, nodes, origin, cells_per_m):
             centre += positions[nodes[i, k], axis] / nodes.shape[1]
         cell = np.int64((centre - origin[axis]) * cells_per_m)
         cell = min(max(cell, np.int64(0)), np.int64(CELLS - 1))
-        # spread the 21 bits so that two zeros stand before each
+        # spread the 21 bits, with two zeros before each
         cell = (cell | (cell << 32)) & 0x1F00000000FFFF
         cell = (cell | (cell << 16)) & 0x1F0000FF0000FF
         cell = (cell | (cell << 8)) & 0x100F00F00F00F00F
@@ -43,8 +54,8 @@ def morton_code(i, positions, nodes, origin, cells_per_m):
 
 
 @compiled
-def moved_lanes_of(block, vertex_moved, nodes):
-    """Bit k: a vertex of element k of the block moved."""
+def moved_lanes_of(block: int, vertex_moved: Flags, nodes: Ints) -> int:
+    """Return a mask of the elements of a block that have a moved vertex."""
     first = WIDTH * block
     moved = 0
     for i in range(first, min(first + WIDTH, nodes.shape[0])):
@@ -55,8 +66,8 @@ def moved_lanes_of(block, vertex_moved, nodes):
 
 
 @compiled
-def element_block(block, vertex_boxes, nodes, blocks_out):
-    """Boxes of the elements of a block."""
+def element_block(block: int, vertex_boxes: AnyFloats, nodes: Ints, blocks_out: AnyFloats) -> None:
+    """Write the boxes of the elements of a block."""
     first = WIDTH * block
     for i in range(first, min(first + WIDTH, nodes.shape[0])):
         for axis in range(3):
@@ -75,8 +86,14 @@ def element_block(block, vertex_boxes, nodes, blocks_out):
 
 
 @compiled
-def parent_block(parent, first, end, everything, lanes_out, blocks_out):
-    """Lanes of a block of the level above that of blocks first..end, and boxes of these or all."""
+def parent_block(
+    parent: int, first: int, end: int, everything: bool, lanes_out: Bits, blocks_out: AnyFloats
+) -> None:
+    """Write one block of the level above.
+
+    The level below has the blocks `first` to `end` - 1. Every mark of the block is written. The
+    boxes of all its lanes are written if `everything` is set, else those of its marked lanes.
+    """
     moved = 0
     for lane in range(min(WIDTH, end - first - WIDTH * parent)):
         child = first + WIDTH * parent + lane

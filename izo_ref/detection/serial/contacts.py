@@ -1,26 +1,42 @@
-"""Which pairs of elements meet on their path, or at rest."""
+"""Decide which pairs of elements meet on their path, or at rest."""
 
 import numpy as np
 
+from izo_ref.base.arrays import (
+    AnyInt,
+    Codes,
+    Floats,
+    Indices,
+    Ints,
+    Nodes,
+    Positions,
+    Times,
+    Vec3,
+)
 from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import sub3
 from izo_ref.detection.formulas.advance import APART, advance
 from izo_ref.detection.formulas.crossing import edge_face_status
+from izo_ref.detection.serial.tree import Tree
 
 
 @compiled
-def row3(array, i):
+def row3(array: Floats, i: int) -> Vec3:
+    """Return row i of an array with three columns."""
     return (array[i, 0], array[i, 1], array[i, 2])
 
 
 @compiled
-def row4(array, i):
+def row4(array: Nodes, i: int) -> tuple[int, int, int, int]:
+    """Return row i of an array with four columns."""
     return (array[i, 0], array[i, 1], array[i, 2], array[i, 3])
 
 
 @compiled
-def relative_nodes(positions, nodes):
-    """Nodes 1..3 of a pair relative to its node 0."""
+def relative_nodes(
+    positions: Positions, nodes: tuple[int, int, int, int]
+) -> tuple[Vec3, Vec3, Vec3]:
+    """Return nodes 1 to 3 of a pair relative to its node 0."""
     p0 = row3(positions, nodes[0])
     return (
         sub3(row3(positions, nodes[1]), p0),
@@ -30,8 +46,10 @@ def relative_nodes(positions, nodes):
 
 
 @compiled
-def pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes):
-    """The four vertices of places a and b; of two edges the one with the lower index first."""
+def pair_nodes(
+    a: int, b: int, first_order: Ints, first_nodes: Ints, second_order: Ints, second_nodes: Ints
+) -> tuple[int, int, int, int]:
+    """Return the four vertices of places a and b of two trees; two edges come in their order."""
     if first_nodes.shape[1] == 1:
         return (first_nodes[a, 0], second_nodes[b, 0], second_nodes[b, 1], second_nodes[b, 2])
     if first_order[a] > second_order[b]:
@@ -40,8 +58,8 @@ def pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes):
 
 
 @compiled
-def pair_key(a, b, first_order, first_nodes, second_order):
-    """What places a and b are sorted by: their elements, of two edges the lower first."""
+def pair_key(a: int, b: int, first_order: Ints, first_nodes: Ints, second_order: Ints) -> AnyInt:
+    """Return the sort key of places a and b: their elements, the lower one of two edges first."""
     first, second = np.int64(first_order[a]), np.int64(second_order[b])
     if first_nodes.shape[1] == 2 and first > second:
         first, second = second, first
@@ -50,40 +68,32 @@ def pair_key(a, b, first_order, first_nodes, second_order):
 
 @compiled
 def contacts_of_pairs(
-    first,
-    last,
-    pairs,
-    first_order,
-    first_nodes,
-    second_order,
-    second_nodes,
-    positions_t0,
-    positions_t1,
-    reach,
-    max_steps,
-    index_out,
-    toi_out,
-    directions_out,
-):
-    """Those of some pairs that are not proved apart, vertices with faces or edges with edges.
-
-    Args:
-        first, last: of the pairs; results are written from `first` on.
-        pairs: (n, 2) i4, places.
-        first_order, first_nodes, second_order, second_nodes: of the two `Tree`s.
-        positions_t0, positions_t1: (n_vertices, 3) f8 [m].
-        reach: (n_vertices,) f8 [m], each may end so far from positions_t1, along each axis.
-        max_steps: [steps] before a pair is given up, which then counts as a contact.
-        index_out: (n,) i8, the pair.
-        toi_out: (n,) f8, until when it is proved apart.
-        directions_out: (n, 3) f8, the last direction that separated the sides.
+    # In:
+    begin: int,  # the first pair to decide; the results are written from here on
+    end: int,  # behind the last one
+    pairs: Ints,  # (n_pairs, 2) i4, places
+    first: Tree,  # of vertices or edges
+    second: Tree,  # of faces or edges
+    positions_t0: Positions,  # (n_vertices, 3) f8 [m]
+    positions_t1: Positions,  # (n_vertices, 3) f8 [m]
+    reach: Floats,  # (n_vertices,) f8 [m], how far from positions_t1 each may end, along each axis
+    max_steps: int,  # steps of proof before a pair is given up, which then counts as a contact
+    # Out:
+    index_out: Indices,  # (n_pairs,) i8, the pair of each contact
+    toi_out: Times,  # (n_pairs,) f8, time until which it is proved apart
+    directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
+) -> tuple[int, int, int]:
+    """Find the contacts among some pairs: those that are not proved apart.
 
     Returns:
-        Contacts; proofs, and the most for one pair.
+        The number of contacts, of steps of all proofs, and of steps of the longest proof.
     """
+    # the fields get names of their own: numba would count references at each use of a field
+    first_order, first_nodes = first.order, first.nodes
+    second_order, second_nodes = second.order, second.nodes
     contacts, proofs, most = 0, 0, 0
     is_edge_edge = first_nodes.shape[1] == 2
-    for i in range(first, last):
+    for i in range(begin, end):
         nodes = pair_nodes(
             pairs[i, 0], pairs[i, 1], first_order, first_nodes, second_order, second_nodes
         )
@@ -97,7 +107,7 @@ def contacts_of_pairs(
         most = max(most, steps)
         if status == APART:
             continue
-        at = first + contacts
+        at = begin + contacts
         contacts += 1
         index_out[at] = i
         toi_out[at] = toi
@@ -107,9 +117,17 @@ def contacts_of_pairs(
 
 
 @compiled
-def crossings_of_pairs(first, last, pairs, edges, faces, positions, statuses_out):
-    """Whether edges meet faces at rest: a status of `formulas/advance.py` for each pair."""
-    for i in range(first, last):
+def crossings_of_pairs(
+    begin: int,
+    end: int,
+    pairs: Ints,
+    edges: Ints,
+    faces: Ints,
+    positions: Positions,
+    statuses_out: Codes,
+) -> None:
+    """Write whether edges meet faces at rest: a status of `formulas/advance.py` for each pair."""
+    for i in range(begin, end):
         a, b = pairs[i, 0], pairs[i, 1]
         statuses_out[i] = edge_face_status(
             row3(positions, edges[a, 0]),

@@ -1,45 +1,53 @@
-"""Walk trees of moving boxes: every pair of elements whose boxes meet on the path.
+"""Walk trees of moving boxes, and find every pair of elements whose boxes meet on the path.
 
-Two elements are told apart by an axis along which all of the one is below all of the other,
-at the start and at the end of the path: vertices move on straight lines at constant speed, so
-it is in between too. A box that is swept over the path says less: it tells apart only what
-never is at the same place, now or later. Of armadillo-rollers 7,100,661 swept boxes meet.
+**Moving boxes.** An element has two boxes: one about its vertices at the start of the path, one
+about them at the end. Two elements are apart if, along one axis, all of the one is below all of the
+other both at the start and at the end. Vertices move on straight lines at constant speed, so it is
+below in between too. The box that is swept over the whole path would say less: it separates only
+what is never at the same place, now or later. On armadillo-rollers 7,100,661 pairs of swept boxes
+meet.
 
-Boxes are compared in float32. Every coordinate goes through the same rounding, and rounding
-is monotone: where the rounded values are in strict order, the exact ones are. So there is
-nothing to round outward, and no tolerance.
+**Rounding.** Boxes are compared in float32. Every coordinate is rounded in the same way, and
+rounding is monotone: where the rounded values are in strict order, the exact values are too. So no
+box is rounded outward, and there is no tolerance.
 
-A tree is wide and implicit. Elements are sorted along a space-filling curve and taken `WIDTH`
-at a time; the boxes of such a block lie side by side, so that one box is compared with all of
-them at once. A block's own box is a lane of a block of the level above: block b of a level is
-lane b % WIDTH of block b // WIDTH there. So there is nothing to build but boxes, bottom up.
+**The tree.** It is wide and implicit. The elements are sorted along a space-filling curve and taken
+`WIDTH` at a time. Such a block stores the boxes of its elements side by side, one in each lane, so
+that one box is compared with all of them at once. The box about a whole block is one lane of a
+block of the level above: block b of a level is lane b % WIDTH of block b // WIDTH there. So
+building a tree means fitting boxes, from the elements up.
+
+**Marks.** An element with a vertex that moved is marked, and so is every lane above it. Only pairs
+with at least one marked element are wanted. An element that is not marked can still be hit by a
+marked one.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyFloats, AnyInt, AnyInts, Bits, Ints, Offsets
 from izo_ref.base.compile import compiled, inlined
 
-WIDTH = 8  # a power of two, see the shifts below
+WIDTH = 8  # lanes of a block; the shifts below need this power of two
 ALL_LANES = 255
-# Rows of a block: minima and maxima of the start, minima and maxima of the end.
+# Rows of a block, three each: minima and maxima at the start, minima and maxima at the end.
 ROWS = 12
 
 
 class Tree(NamedTuple):
     """Elements of one kind in the order of a curve, and the boxes above them."""
 
-    order: np.ndarray  # (n,) i4, the element in each place
-    nodes: np.ndarray  # (n, k) i4, its vertices
-    blocks: np.ndarray  # (m, ROWS, WIDTH) f4, level by level, that of the elements first
-    lanes: np.ndarray  # (m,) u1, bit k: something in lane k has to be looked at
-    levels: np.ndarray  # (n_levels + 1,) i8, the first block of each
+    order: Ints  # (n,) i4, the element in each place
+    nodes: Ints  # (n, k) i4, its vertices
+    blocks: AnyFloats  # (m, ROWS, WIDTH) f4, level by level, that of the elements first
+    lanes: Bits  # (m,) u1, bit k: lane k of the block is marked
+    levels: Offsets  # (n_levels + 1,) i8, the first block of each
 
 
 @inlined
-def box_of(blocks, block, lane):
-    """The twelve numbers of one lane."""
+def box_of(blocks: AnyFloats, block: AnyInt, lane: AnyInt) -> tuple[float, ...]:
+    """Return the twelve numbers of one lane of a block."""
     return (
         blocks[block, 0, lane],
         blocks[block, 1, lane],
@@ -57,11 +65,11 @@ def box_of(blocks, block, lane):
 
 
 @inlined
-def meeting_lanes(box, blocks, block):
-    """Bit k: the box is not apart from lane k of a block."""
+def meeting_lanes(box: tuple[float, ...], blocks: AnyFloats, block: AnyInt) -> AnyInt:
+    """Return a mask of the lanes of a block whose boxes are not apart from a box."""
     mask = np.uint32(0)
-    # without branches, and with a number of lanes that the compiler does not know, it takes all
-    # of them at once: 19 ns a block; with branches 106
+    # The loop has no branches, and the compiler does not know the number of lanes: so it compares
+    # all lanes at once, in 19 ns a block. With branches it takes 106 ns.
     for k in range(blocks.shape[2]):
         apart = (
             ((box[3] < blocks[block, 0, k]) & (box[9] < blocks[block, 6, k]))
@@ -76,37 +84,38 @@ def meeting_lanes(box, blocks, block):
 
 
 @inlined
-def lowest_lane(mask):
-    """Number of the lowest bit of a mask that is not zero."""
+def lowest_lane(mask: AnyInt) -> int:
+    """Return the number of the lowest bit of a mask that is not zero."""
     bit = mask & -mask
     return int((bit & 0xAA) != 0) + 2 * int((bit & 0xCC) != 0) + 4 * int((bit & 0xF0) != 0)
 
 
 @inlined
-def lanes_to_enter(box, looked_at, own, level, block, blocks, lanes, levels):
-    """Bit k: there is something in or under lane k of a block that the box may meet.
-
-    Args:
-        box: of a block of queries.
-        looked_at: whether one of them is; else only what is itself.
-        own: that block if the tree is that of the queries, so that pairs come once, else -1.
-        level, block: in the tree; the level is not the first.
-        blocks, lanes, levels: of the `Tree`.
-    """
-    at = levels[level] + block
+def lanes_to_enter(
+    box: tuple[float, ...],  # of a block of queries, or of one query
+    is_marked: bool,  # whether a query in it is marked
+    own: AnyInt,  # that block if the tree is that of the queries, so that pairs come once, else -1
+    level: int,  # in the tree, 1 or higher
+    block: AnyInt,  # in that level
+    blocks: AnyFloats,  # of the `Tree`
+    lanes: Bits,
+    levels: Offsets,
+) -> AnyInt:
+    """Return a mask of the lanes of a block in or below which the box may meet a wanted element."""
+    at: AnyInt = levels[level] + block
     mask = meeting_lanes(box, blocks, at)
-    if not looked_at:
+    if not is_marked:
         mask &= lanes[at]
     if own >= 0:
-        above = own >> (3 * (level - 1))  # the lane that the own block is, or is under
+        above = own >> (3 * (level - 1))  # the lane that is the own block, or is above it
         if above >> 3 == block:
             mask &= ALL_LANES << (above & 7)
     return mask
 
 
 @inlined
-def share_node(a, i, b, j):
-    """Whether element i of a and element j of b have a vertex in common."""
+def share_node(a: AnyInts, i: AnyInt, b: AnyInts, j: AnyInt) -> bool:
+    """Return whether element i of a and element j of b have a vertex in common."""
     shared = False
     for k in range(a.shape[1]):
         for m in range(b.shape[1]):
@@ -116,21 +125,22 @@ def share_node(a, i, b, j):
 
 @inlined
 def _pairs_of_two_blocks(
-    own,
-    wanted,
-    other,
-    other_box,
-    query_blocks,
-    query_lanes,
-    query_nodes,
-    leaf_blocks,
-    leaf_lanes,
-    leaf_nodes,
-    same,
-    start,
-    end,
-    pairs_out,
-):
+    own: AnyInt,  # block of queries
+    wanted: AnyInt,  # mask of its lanes to look at
+    other: AnyInt,  # block of leaves
+    other_box: tuple[float, ...],  # box about it
+    query_blocks: AnyFloats,
+    query_lanes: AnyInt,  # mask of the marked lanes of the own block
+    query_nodes: Ints,
+    leaf_blocks: AnyFloats,
+    leaf_lanes: AnyInt,  # mask of the marked lanes of the other block
+    leaf_nodes: Ints,
+    same: bool,  # both are the same block
+    start: int,
+    end: int,
+    pairs_out: Ints,
+) -> int:
+    """Write the pairs of two blocks from `start` on, as far as `end`, and return their number."""
     count = 0
     queries = meeting_lanes(other_box, query_blocks, own) & wanted
     while queries:
@@ -145,7 +155,8 @@ def _pairs_of_two_blocks(
         while mask:
             leaf = WIDTH * other + lowest_lane(mask)
             mask &= mask - 1
-            # no branch on what cannot be foreseen: a pair that does not count is overwritten
+            # No branch here, because the CPU could not predict it: a pair that shares a vertex is
+            # written too, and the next pair overwrites it.
             at = start + count
             if at < end:
                 pairs_out[at, 0], pairs_out[at, 1] = query, leaf
@@ -154,23 +165,35 @@ def _pairs_of_two_blocks(
 
 
 @compiled
-def pairs_of_block(own, wanted, queries, leaves, against_itself, start, end, pairs_out):
-    """Pairs of a block of queries and the leaves of a tree, whose moving boxes meet.
+def pairs_of_block(
+    own: int,
+    wanted: int,
+    queries: Tree,
+    leaves: Tree,
+    against_itself: bool,
+    start: int,
+    end: int,
+    pairs_out: Ints,
+) -> int:
+    """Write the pairs of a block of queries and the leaves of a tree whose moving boxes meet.
 
-    Pairs of which neither side has to be looked at, or which share a vertex, are left out.
+    Pairs without a marked element and pairs that share a vertex are left out.
 
     Args:
-        own: the block.
-        wanted: the lanes of it that are asked for, ALL_LANES or one alone.
-        queries, leaves: `Tree`s.
-        against_itself: they are the same tree: each pair comes once, in its order.
-        start, end: where to write.
+        own: The block of queries.
+        wanted: Mask of its lanes to look at: ALL_LANES, or one lane alone.
+        queries: Tree of the queries.
+        leaves: Tree of the leaves.
+        against_itself: Whether both are the same tree. Each pair then comes once, in the order of
+            the tree.
+        start: Where the pairs are written.
+        end: Where the room ends.
         pairs_out: (n, 2) i4, places of the query and the leaf.
 
     Returns:
-        How many pairs, also those without room.
+        The number of pairs, also of those for which there was no room.
     """
-    # arrays by names of their own: fields would be counted as references at each use
+    # the fields get names of their own: numba would count references at each use of a field
     query_blocks, query_lanes, query_nodes = queries.blocks, queries.lanes, queries.nodes
     blocks, lanes, leaf_nodes, levels = leaves.blocks, leaves.lanes, leaves.nodes, leaves.levels
     top = levels.shape[0] - 2
@@ -178,12 +201,12 @@ def pairs_of_block(own, wanted, queries, leaves, against_itself, start, end, pai
         box = box_of(query_blocks, queries.levels[1] + own // WIDTH, own % WIDTH)
     else:
         box = box_of(query_blocks, own, lowest_lane(wanted))
-    looked_at = query_lanes[own] & wanted
+    marked = query_lanes[own] & wanted
     first = own if against_itself else -1
     count = 0
-    to_enter = np.int64(0)  # lanes that are left of each level above, in eight bits of its own
-    level, block = top, np.int64(0)  # typed: else the next would be compiled twice
-    mask = lanes_to_enter(box, looked_at != 0, first, level, block, blocks, lanes, levels)
+    to_enter = np.int64(0)  # lanes that are left to enter, eight bits for each level
+    level, block = top, np.int64(0)  # typed, or else the next call would be compiled twice
+    mask = lanes_to_enter(box, marked != 0, first, level, block, blocks, lanes, levels)
     while True:
         if level == 1:
             while mask:
@@ -196,7 +219,7 @@ def pairs_of_block(own, wanted, queries, leaves, against_itself, start, end, pai
                     other,
                     box_of(blocks, levels[1] + block, lane),
                     query_blocks,
-                    looked_at,
+                    marked,
                     query_nodes,
                     blocks,
                     lanes[other],
@@ -212,8 +235,8 @@ def pairs_of_block(own, wanted, queries, leaves, against_itself, start, end, pai
             mask = (to_enter >> (8 * (level - 1))) & ALL_LANES
         if mask == 0:
             return count
-        shift = 8 * (level - 1)  # levels 1 to 8: over that many lie 8^9 elements
+        shift = 8 * (level - 1)  # levels 1 to 8, enough for 8^9 elements
         to_enter = (to_enter & ~(ALL_LANES << shift)) | ((mask & (mask - 1)) << shift)
         level -= 1
         block = WIDTH * block + lowest_lane(mask)
-        mask = lanes_to_enter(box, looked_at != 0, first, level, block, blocks, lanes, levels)
+        mask = lanes_to_enter(box, marked != 0, first, level, block, blocks, lanes, levels)

@@ -1,21 +1,34 @@
-"""What a step on the device does between detection and solvers: gathers, flags and scatters."""
+"""Kernels of a step on a GPU, between detection and solvers: gathers, flags and scatters."""
 
 from numba import cuda
 
+from izo_ref.base.arrays import (
+    AnyArray,
+    Flags,
+    Floats,
+    Indices,
+    Ints,
+    Masses,
+    Multipliers,
+    Nodes,
+    Offsets,
+    Positions,
+    Weights,
+)
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.base.serial.search import block_of
 from izo_ref.zones.serial.selection import is_prescribed
 
 
 @cuda_kernel
 def compute_objective_terms(
     # In:
-    positions,  # (n_vertices, 3) f8  [m]
-    proposed,  # (n_vertices, 3) f8  [m]
-    masses,  # (n_vertices,) f8  [kg], 0 for pinned
+    positions: Positions,  # (n_vertices, 3) f8  [m]
+    proposed: Positions,  # (n_vertices, 3) f8  [m]
+    masses: Masses,  # (n_vertices,) f8  [kg], 0 for pinned vertices
     # Out:
-    terms_out,  # (n_vertices,) f8  [kg m^2], m |x - y|^2
+    terms_out: Floats,  # (n_vertices,) f8  [kg m^2]
 ):
+    """Compute m |x - y|^2 of each vertex."""
     i = cuda.grid(1)
     if i < terms_out.shape[0]:
         total = 0.0
@@ -28,12 +41,13 @@ def compute_objective_terms(
 @cuda_kernel
 def flag_impacts_to_solve(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    weights,  # (n_impacts, 4) f8
-    pinned,  # (n_vertices,) b1
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    pinned: Flags,  # (n_vertices,) b1
     # Out:
-    kept_out,  # (n_impacts,) b1, not between pinned points
+    kept_out: Flags,  # (n_impacts,) b1
 ):
+    """Mark the impacts that are not between pinned points."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         kept_out[j] = not is_prescribed(j, nodes, weights, pinned)
@@ -42,11 +56,12 @@ def flag_impacts_to_solve(
 @cuda_kernel
 def flag_hopeful_impacts(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    stuck,  # (n_vertices,) b1
+    nodes: Nodes,  # (n_impacts, 4) i4
+    stuck: Flags,  # (n_vertices,) b1
     # Out:
-    hopeful_out,  # (n_impacts,) b1, no vertex of a zone that no positions satisfy
+    hopeful_out: Flags,  # (n_impacts,) b1
 ):
+    """Mark the impacts without a vertex of a zone that no positions satisfy."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         either = stuck[nodes[j, 0]] or stuck[nodes[j, 1]]
@@ -56,36 +71,26 @@ def flag_hopeful_impacts(
 @cuda_kernel
 def flag_positive(
     # In:
-    values,  # (n,) f8
+    values: Floats,  # (n,) f8
     # Out:
-    positive_out,  # (n,) b1
+    positive_out: Flags,  # (n,) b1
 ):
+    """Mark the positive values."""
     i = cuda.grid(1)
     if i < values.shape[0]:
         positive_out[i] = values[i] > 0.0
 
 
 @cuda_kernel
-def find_blocks(
-    # In:
-    starts,  # (n_parts + 1,) i8
-    # Out:
-    parts_out,  # (starts[n_parts],) i8, the part that each is in
-):
-    i = cuda.grid(1)
-    if i < parts_out.shape[0]:
-        parts_out[i] = block_of(i, starts)
-
-
-@cuda_kernel
 def flag_changed_zones(
     # In:
-    impacts,  # (n_impacts,) i8, zone by zone, ascending in each
-    impact_offsets,  # (n_zones + 1,) i8
-    first_new,  # i8
+    impacts: Indices,  # (n_impacts,) i8, zone by zone, ascending in each
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    first_new: int,  # i8
     # Out:
-    changed_out,  # (n_zones,) b1, has an impact from first_new on
+    changed_out: Flags,  # (n_zones,) b1
 ):
+    """Mark the zones that have the impact `first_new` or a later one."""
     zone = cuda.grid(1)
     if zone < changed_out.shape[0]:
         changed_out[zone] = impacts[impact_offsets[zone + 1] - 1] >= first_new
@@ -94,12 +99,13 @@ def flag_changed_zones(
 @cuda_kernel
 def flag_stuck_zones(
     # In:
-    vertices,  # (n,) i8, of zones
-    zone_of,  # (n,) i8
-    stuck,  # (n_vertices,) b1
+    vertices: Indices,  # (n,) i8, of zones
+    zone_of: Indices,  # (n,) i8, the zone of each of these vertices
+    stuck: Flags,  # (n_vertices,) b1
     # Out:
-    stuck_out,  # (n_zones,) b1, false; becomes true where one is
+    stuck_out: Flags,  # (n_zones,) b1, false before; becomes true where a vertex is stuck
 ):
+    """Mark the zones that have a stuck vertex."""
     i = cuda.grid(1)
     if i < vertices.shape[0] and stuck[vertices[i]]:
         stuck_out[zone_of[i]] = True
@@ -108,12 +114,13 @@ def flag_stuck_zones(
 @cuda_kernel
 def spread_stuck(
     # In:
-    vertices,  # (n,) i8, of zones
-    zone_of,  # (n,) i8
-    zone_stuck,  # (n_zones,) b1
+    vertices: Indices,  # (n,) i8, of zones
+    zone_of: Indices,  # (n,) i8, the zone of each of these vertices
+    zone_stuck: Flags,  # (n_zones,) b1
     # Out:
-    stuck_out,  # (n_vertices,) b1, becomes true for all of the zone
+    stuck_out: Flags,  # (n_vertices,) b1, becomes true for all vertices of stuck zones
 ):
+    """Mark all vertices of stuck zones as stuck."""
     i = cuda.grid(1)
     if i < vertices.shape[0] and zone_stuck[zone_of[i]]:
         stuck_out[vertices[i]] = True
@@ -122,48 +129,25 @@ def spread_stuck(
 @cuda_kernel
 def flag_zones_to_solve(
     # In:
-    changed,  # (n_zones,) b1
-    stuck,  # (n_zones,) b1
+    changed: Flags,  # (n_zones,) b1
+    stuck: Flags,  # (n_zones,) b1
     # Out:
-    chosen_out,  # (n_zones,) b1
+    chosen_out: Flags,  # (n_zones,) b1
 ):
+    """Mark the zones that changed and are not stuck."""
     zone = cuda.grid(1)
     if zone < changed.shape[0]:
         chosen_out[zone] = changed[zone] and not stuck[zone]
 
 
 @cuda_kernel
-def flag_members(
-    # In:
-    part_of_each,  # (n,) i8
-    chosen,  # (n_parts,) b1
-    # Out:
-    members_out,  # (n,) b1, its part is chosen
-):
-    i = cuda.grid(1)
-    if i < part_of_each.shape[0]:
-        members_out[i] = chosen[part_of_each[i]]
-
-
-@cuda_kernel
-def count_members(
-    # In:
-    starts,  # (n_parts + 1,) i8
-    # Out:
-    sizes_out,  # (n_parts,) i8
-):
-    i = cuda.grid(1)
-    if i < sizes_out.shape[0]:
-        sizes_out[i] = starts[i + 1] - starts[i]
-
-
-@cuda_kernel
 def number_vertices(
     # In:
-    vertices,  # (n,) i8, each once
+    vertices: Indices,  # (n,) i8, each once
     # Out:
-    places_out,  # (n_vertices,) i4, of each vertex among them; of others nothing
+    places_out: Ints,  # (n_vertices,) i4, entries of other vertices are not written
 ):
+    """Write the place of each vertex in a list of vertices."""
     i = cuda.grid(1)
     if i < vertices.shape[0]:
         places_out[vertices[i]] = i
@@ -172,10 +156,11 @@ def number_vertices(
 @cuda_kernel
 def number_unknowns(
     # In:
-    places,  # (n_vertices,) i4
+    places: Ints,  # (n_vertices,) i4
     # Out:
-    unknowns_out,  # (n_impacts, 4) i4, vertices become their places, -1 stays
+    unknowns_out: Ints,  # (n_impacts, 4) i4, vertices before, places after; -1 stays
 ):
+    """Replace vertices by their places."""
     j = cuda.grid(1)
     if j < unknowns_out.shape[0]:
         for k in range(4):
@@ -186,11 +171,12 @@ def number_unknowns(
 @cuda_kernel
 def fail_hopeless(
     # In:
-    hopeless,  # (n_impacts,) b1, violated and without unknowns
-    zone_of,  # (n_impacts,) i8
+    hopeless: Flags,  # (n_impacts,) b1, violated and without unknowns
+    zone_of: Indices,  # (n_impacts,) i8
     # Out:
-    solved_out,  # (n_zones,) b1, becomes false
+    solved_out: Flags,  # (n_zones,) b1, becomes false where an impact is hopeless
 ):
+    """Mark the zones with a hopeless impact as not solved."""
     j = cuda.grid(1)
     if j < hopeless.shape[0] and hopeless[j]:
         solved_out[zone_of[j]] = False
@@ -199,15 +185,16 @@ def fail_hopeless(
 @cuda_kernel
 def move_vertices(
     # In:
-    vertices,  # (n,) i8, zone by zone
-    zone_of,  # (n,) i8
-    solved,  # (n_zones,) b1
-    proposed,  # (n_vertices, 3) f8  [m]
-    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2]
-    z,  # (3 n,) f8  [m kg^1/2]
+    vertices: Indices,  # (n,) i8, zone by zone
+    zone_of: Indices,  # (n,) i8, the zone of each of these vertices
+    solved: Flags,  # (n_zones,) b1
+    proposed: Positions,  # (n_vertices, 3) f8  [m]
+    inverse_sqrt_masses: Floats,  # (n_vertices,) f8  [kg^-1/2]
+    z: Floats,  # (3 n,) f8  [m kg^1/2]
     # Out:
-    positions_out,  # (n_vertices, 3) f8  [m], of those in zones that are solved
+    positions_out: Positions,  # (n_vertices, 3) f8  [m], entries of other vertices stay
 ):
+    """Move the vertices of solved zones to their solution."""
     i = cuda.grid(1)
     if i < vertices.shape[0] and solved[zone_of[i]]:
         vertex = vertices[i]
@@ -219,29 +206,31 @@ def move_vertices(
 @cuda_kernel
 def keep_multipliers(
     # In:
-    rows,  # (n,) i8, impacts
-    zone_of,  # (n,) i8
-    solved,  # (n_zones,) b1
-    scaled,  # (n,) f8  [m kg^1/2], multipliers of the unit rows
-    lengths,  # (n,) f8  [kg^-1/2]
+    impacts: Indices,  # (n,) i8, zone by zone
+    zone_of: Indices,  # (n,) i8, the zone of each of these impacts
+    solved: Flags,  # (n_zones,) b1
+    scaled: Floats,  # (n,) f8  [m kg^1/2], multipliers of the constraints in scaled variables
+    lengths: Floats,  # (n,) f8  [kg^-1/2], by which the constraints were divided
     # Out:
-    multipliers_out,  # (n_impacts,) f8  [kg], of those in zones that are solved
-    active_out,  # (n_impacts,) b1
+    multipliers_out: Multipliers,  # (n_impacts,) f8  [kg], entries of other impacts stay
+    active_out: Flags,  # (n_impacts,) b1, entries of other impacts stay
 ):
+    """Keep the multipliers of solved zones, scaled back to the impacts."""
     i = cuda.grid(1)
-    if i < rows.shape[0] and solved[zone_of[i]]:
-        multipliers_out[rows[i]] = scaled[i] / lengths[i]
-        active_out[rows[i]] = scaled[i] > 0.0
+    if i < impacts.shape[0] and solved[zone_of[i]]:
+        multipliers_out[impacts[i]] = scaled[i] / lengths[i]
+        active_out[impacts[i]] = scaled[i] > 0.0
 
 
 @cuda_kernel
 def put_rows(
     # In:
-    index,  # (m,) i8, each once
-    rows,  # (m, k) f8 or b1
+    index: Indices,  # (m,) i8, each once
+    rows: AnyArray,  # (m, k) f8 or b1
     # Out:
-    values_out,  # (n, k) f8 or b1
+    values_out: AnyArray,  # (n, k) f8 or b1
 ):
+    """Write rows to the places of an index."""
     i = cuda.grid(1)
     if i < index.shape[0]:
         for k in range(rows.shape[1]):
@@ -251,10 +240,11 @@ def put_rows(
 @cuda_kernel
 def negate_flags(
     # In:
-    flags,  # (n,) b1
+    flags: Flags,  # (n,) b1
     # Out:
-    opposite_out,  # (n,) b1
+    opposite_out: Flags,  # (n,) b1
 ):
+    """Write the opposite of each flag."""
     i = cuda.grid(1)
     if i < flags.shape[0]:
         opposite_out[i] = not flags[i]

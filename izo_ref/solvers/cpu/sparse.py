@@ -1,21 +1,23 @@
-"""The sparse matrices of a large zone: values, and factors."""
+"""The sparse matrices of a large zone: values, factors and solutions."""
 
 from numba import prange
 
+from izo_ref.base.arrays import Floats, Ints, Normals, Offsets
 from izo_ref.base.compile import cpu_kernel, light_kernel
-from izo_ref.solvers.serial.fronts import eliminate, solve_downwards, solve_upwards
+from izo_ref.solvers.serial.fronts import Fronts, eliminate, solve_downwards, solve_upwards
 
 
 @light_kernel
 def weighted_gram(
     # In:
-    slots,  # (n_impacts, 4, 4) i4, the value of each pair of a row's unknowns; -1: none
-    coefficients,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    weights,  # (n_impacts,) f8
+    slots: Ints,  # (n_impacts, 4, 4) i4, the value that each pair of vertices adds to; -1: none
+    coefficients: Floats,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    weights: Floats,  # (n_impacts,) f8
     # Out:
-    values_out,  # (n_values, 3, 3) f8, C^T diag(weights) C is added
+    values_out: Floats,  # (n_values, 3, 3) f8, C^T diag(weights) C is added
 ):
+    """Add C^T diag(weights) C to the values of a matrix."""
     for j in prange(weights.shape[0]):
         for k in range(4):
             for i in range(k, 4):
@@ -32,15 +34,16 @@ def weighted_gram(
 @cpu_kernel
 def factorize(
     # In:
-    fronts,  # Fronts
-    run_starts,  # (n_runs + 1,) i8, into runs
-    runs,  # (n_fronts,) i4, fronts that one thread takes; the last run follows all others
-    values,  # (n_values, size, size) f8
-    smallest,  # f8, pivots of this or less are left out
+    fronts: Fronts,  # Fronts
+    run_starts: Offsets,  # (n_runs + 1,) i8, where each run begins in runs
+    runs: Ints,  # (n_fronts,) i4, fronts of one thread each; the last run waits for the others
+    values: Floats,  # (n_values, size, size) f8
+    smallest: float,  # f8, pivots of this or less are left out
     # Out:
-    kept_out,  # (fronts.n_kept,) f8
-    factor_out,  # (fronts.factor_starts[-1],) f8
+    kept_out: Floats,  # (fronts.n_kept,) f8
+    factor_out: Floats,  # (fronts.factor_starts[-1],) f8
 ):
+    """Factor a matrix: all runs but the last at the same time, then the last run."""
     last = run_starts.shape[0] - 2
     for run in prange(last):
         chosen = runs[run_starts[run] : run_starts[run + 1]]
@@ -51,14 +54,15 @@ def factorize(
 @cpu_kernel
 def solve(
     # In:
-    fronts,  # Fronts
-    run_starts,  # as of factorize
-    runs,  # as of factorize
-    factor,  # (fronts.factor_starts[-1],) f8
+    fronts: Fronts,  # Fronts
+    run_starts: Offsets,  # (n_runs + 1,) i8, as in factorize
+    runs: Ints,  # (n_fronts,) i4, as in factorize
+    factor: Floats,  # (fronts.factor_starts[-1],) f8
     # Out:
-    x_out,  # (n_blocks * size,) f8, the right-hand side on entry
-    rests_out,  # (size * fronts.starts[-1],) f8, scratch
+    x_out: Floats,  # (n_blocks * size,) f8, the right-hand side on entry
+    rests_out: Floats,  # (size * fronts.starts[-1],) f8, work space
 ):
+    """Solve for one right-hand side with the factor of a matrix."""
     last = run_starts.shape[0] - 2
     for run in prange(last):
         chosen = runs[run_starts[run] : run_starts[run + 1]]

@@ -1,29 +1,44 @@
-"""Zones in scaled variables, and the active-set solver, which takes one zone a thread."""
+"""Constraints in scaled variables, and the solvers that take one thread a zone."""
 
 from numba import prange
 
+from izo_ref.base.arrays import (
+    AnyFloats,
+    Codes,
+    Flags,
+    Floats,
+    Indices,
+    Ints,
+    Multipliers,
+    Nodes,
+    Normals,
+    Offsets,
+    Positions,
+    Weights,
+)
 from izo_ref.base.compile import cpu_kernel, light_kernel
 from izo_ref.solvers.serial.constraints import scale_constraint
-from izo_ref.solvers.serial.small_zone import solve_small_zone
+from izo_ref.solvers.serial.small_zone import Limits, solve_small_zone
 from izo_ref.solvers.serial.sweeps import sweeps
 
 
 @light_kernel
 def scale_constraints(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    weights,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    proposed,  # (n_vertices, 3) f8  [m]
-    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
-    thickness,  # f8  [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    proposed: Positions,  # (n_vertices, 3) f8  [m]
+    inverse_sqrt_masses: Floats,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned vertices
+    thickness: float,  # f8  [m]
     # Out:
-    unknowns_out,  # (n_impacts, 4) i4, as nodes; -1 for pinned
-    coefficients_out,  # (n_impacts, 4) f8, unit length in each row
-    rhs_out,  # (n_impacts,) f8  [m kg^1/2]
-    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if there was none
-    hopeless_out,  # (n_impacts,) b1, violated and without unknowns
+    unknowns_out: Nodes,  # (n_impacts, 4) i4, the vertices in nodes; -1 for pinned ones
+    coefficients_out: Floats,  # (n_impacts, 4) f8, with the normals, rows of unit length
+    rhs_out: Floats,  # (n_impacts,) f8  [m kg^1/2]
+    lengths_out: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if it was 0
+    hopeless_out: Flags,  # (n_impacts,) b1, violated, and every vertex of the impact is pinned
 ):
+    """Write the constraints of impacts in scaled variables."""
     for j in prange(nodes.shape[0]):
         rhs_out[j], lengths_out[j], hopeless_out[j] = scale_constraint(
             j,
@@ -41,27 +56,28 @@ def scale_constraints(
 @cpu_kernel
 def solve_small_zones(
     # In:
-    zones,  # (n,) i8, those to solve
-    methods,  # (n,) i1, of solvers/serial/small_zone.py, to try first
-    impact_offsets,  # (n_zones + 1,) i8
-    vertex_offsets,  # (n_zones + 1,) i8
-    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
-    coefficients,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    rhs,  # (n_impacts,) f8  [m kg^1/2]
-    lengths,  # (n_impacts,) f8  [kg^-1/2]
-    limits,  # Limits, of solvers/serial/small_zone.py
-    number_starts,  # (n_slots + 1,) i8, of work space; slot k solves zones k, k + n_slots, ...
-    index_starts,  # (n_slots + 1,) i8
+    zones: Indices,  # (n,) i8, zones to solve
+    methods: Codes,  # (n,) i1, method to try first, a code of solvers/serial/small_zone.py
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    vertex_offsets: Offsets,  # (n_zones + 1,) i8
+    unknowns: Nodes,  # (n_impacts, 4) i4, vertices in the order of z; -1 for pinned ones
+    coefficients: Floats,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    rhs: Floats,  # (n_impacts,) f8  [m kg^1/2]
+    lengths: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling
+    limits: Limits,  # Limits, of solvers/serial/small_zone.py
+    number_starts: Offsets,  # (n_slots + 1,) i8, into numbers_out; slot k: zones k, k + n_slots ...
+    index_starts: Offsets,  # (n_slots + 1,) i8, into indices_out
     # Out:
-    multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
-    z_out,  # (3 n_unknowns,) f8  [m kg^1/2]
-    methods_out,  # (n_zones,) i1, the last that was tried
-    solved_out,  # (n_zones,) b1, to the limits
-    steps_out,  # (n_zones,) i4
-    numbers_out,  # (number_starts[n_slots],) f8, work space, of solvers/serial/small_zone.py
-    indices_out,  # (index_starts[n_slots],) i4, work space
+    multipliers_out: Multipliers,  # (n_impacts,) f8  [m kg^1/2], for rows of unit length
+    z_out: Floats,  # (3 n_unknowns,) f8  [m kg^1/2]
+    methods_out: Codes,  # (n_zones,) i1, the last method that was tried
+    solved_out: Flags,  # (n_zones,) b1, whether the zone is solved to the limits
+    steps_out: Ints,  # (n_zones,) i4
+    numbers_out: Floats,  # (number_starts[n_slots],) f8, work space of the slots
+    indices_out: Ints,  # (index_starts[n_slots],) i4, work space of the slots
 ):
+    """Solve small zones, one thread a zone; a slot solves one zone after the other."""
     n_slots = number_starts.shape[0] - 1
     for slot in prange(n_slots):
         for i in range(slot, zones.shape[0], n_slots):
@@ -88,23 +104,24 @@ def solve_small_zones(
 @cpu_kernel
 def solve_sweeps(
     # In:
-    impact_offsets,  # (n_zones + 1,) i8
-    vertex_offsets,  # (n_zones + 1,) i8
-    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
-    coefficients,  # (n_impacts, 4), of the solver's type as all that has none here
-    normals,  # (n_impacts, 3)
-    rhs,  # (n_impacts,)
-    metres,  # (n_impacts,) f8  [m], violation of a row of 1
-    accelerated,  # bool
-    max_sweeps,  # i8
-    gap_tolerance,  # f8, relative
-    violation_tolerance,  # f8  [m]
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    vertex_offsets: Offsets,  # (n_zones + 1,) i8
+    unknowns: Nodes,  # (n_impacts, 4) i4, vertices in the order of z; -1 for pinned ones
+    coefficients: AnyFloats,  # (n_impacts, 4) f8 or f4
+    normals: AnyFloats,  # (n_impacts, 3) f8 or f4
+    rhs: AnyFloats,  # (n_impacts,) f8 or f4
+    metres: Floats,  # (n_impacts,) f8  [m], violation if a constraint is violated by 1
+    accelerated: bool,  # b1
+    max_sweeps: int,  # i8
+    gap_tolerance: float,  # f8, relative
+    violation_tolerance: float,  # f8  [m]
     # Out:
-    multipliers_out,  # (n_impacts,), of the unit rows; where to begin on entry
-    z_out,  # (3 n_unknowns,)
-    steps_out,  # (n_zones,) i4
-    trace_out,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] after each sweep; k = 0: none
+    multipliers_out: AnyFloats,  # (n_impacts,) f8 or f4, of unit rows; the start on entry
+    z_out: AnyFloats,  # (3 n_unknowns,) f8 or f4
+    steps_out: Ints,  # (n_zones,) i4
+    trace_out: Floats,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] of sweeps; k = 0: none
 ):
+    """Solve zones by projected Gauss-Seidel, one thread a zone."""
     for zone in prange(impact_offsets.shape[0] - 1):
         steps_out[zone] = sweeps(
             impact_offsets[zone],

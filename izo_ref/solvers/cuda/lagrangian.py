@@ -1,55 +1,58 @@
-"""Augmented-Lagrangian solvers: a zone a block, or a large one by all blocks of a launch.
+"""The augmented-Lagrangian solver: one block a zone, or all blocks of a launch for a large zone.
 
 Source: XRTailor documentation, "Impact Zone Optimization", figure `gpu_architecture`.
 """
 
 from numba import cuda
 
+from izo_ref.base.arrays import AnyFloats, AnyInts, Flags, Floats, Indices, Ints, Offsets
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
 from izo_ref.solvers.serial.descent import minimise_zone
+from izo_ref.solvers.serial.settings import Settings
 
 
 @cuda_kernel
 def solve_lagrangian(
     # In:
-    zones,  # (n,) i8, those to solve
-    impact_offsets,  # (n_zones + 1,) i8
-    row_offsets,  # (n_zones + 1,) i8, of a zone's unknowns; 3 for pinned vertices at the end
-    memory_offsets,  # (n_zones + 1,) i8
-    nodes,  # (n_impacts, 4) u4, 3 times the zone's own vertex
-    coefficients,  # (n_impacts, 4) f8 or f4, 0 for pinned
-    entries,  # (n_entries,) u4, impacts of each vertex, numbers in its zone
-    arms,  # (n_entries, 3) f8 or f4, coefficient times normal of each
-    entry_starts,  # (n_unknowns / 3 + 1,) u8
-    normals,  # (n_impacts, 3) f8 or f4
-    starts,  # (n_impacts,) f8 or f4, constraints at x = 0
-    metres,  # (n_impacts,) f8 or f4  [m], violation of a constraint of 1
-    curvatures,  # (n_unknowns,) f8 or f4, w
-    mus,  # (n_zones,) f8, penalty weights at first
-    mu_caps,  # (n_zones,) f8, and at most
-    first_steps,  # (n_zones,) f8
-    units,  # (n_zones,) f8  [kg m^2], of an objective of 1
-    settings,  # Settings
+    zones: Indices,  # (n,) i8, zones to solve
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    unknown_offsets: Offsets,  # (n_zones + 1,) i8, into x; the last 3 of a zone are for pinned ones
+    memory_offsets: Offsets,  # (n_zones + 1,) i8
+    nodes: AnyInts,  # (n_impacts, 4) u4, 3 times the vertex's number in its zone
+    coefficients: AnyFloats,  # (n_impacts, 4) f8 or f4, 0 for pinned vertices
+    entries: AnyInts,  # (n_entries,) u4, impacts of each vertex, by their number in the zone
+    arms: AnyFloats,  # (n_entries, 3) f8 or f4, coefficient times normal of each entry
+    entry_starts: AnyInts,  # (n_unknowns / 3 + 1,) u8, where the entries of each vertex begin
+    normals: AnyFloats,  # (n_impacts, 3) f8 or f4
+    starts: AnyFloats,  # (n_impacts,) f8 or f4, constraints at x = 0
+    metres: AnyFloats,  # (n_impacts,) f8 or f4  [m], violation if a constraint is 1
+    curvatures: AnyFloats,  # (n_unknowns,) f8 or f4, w
+    mus: Floats,  # (n_zones,) f8, penalty weights at the start
+    mu_caps: Floats,  # (n_zones,) f8, largest penalty weights
+    first_steps: Floats,  # (n_zones,) f8
+    units: Floats,  # (n_zones,) f8  [kg m^2], objective in kg m^2 if the objective is 1
+    settings: Settings,  # Settings
     # Out:
-    x_out,  # (n_unknowns,) f8 or f4, displacements
-    multipliers_out,  # (n_impacts,) f8 or f4
-    steps_out,  # (n_zones,) i4
-    gaps_out,  # (n_zones,) f8, relative duality gap of the answer, as the solver sees it
-    violations_out,  # (n_zones,) f8  [m], and its largest violation
-    trace_out,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
-    vectors_out,  # (4, n_unknowns) f8 or f4, work space
-    rows_out,  # (3, n_impacts) f8 or f4, work space
-    memory_out,  # (n_memory,) f8 or f4, work space
-    states_out,  # (n, n_threads, 9) f8, zeros, work space; as many as work on a zone
+    x_out: AnyFloats,  # (n_unknowns,) f8 or f4, displacements
+    multipliers_out: AnyFloats,  # (n_impacts,) f8 or f4
+    steps_out: Ints,  # (n_zones,) i4
+    gaps_out: Floats,  # (n_zones,) f8, relative duality gap of the answer, as the solver sees it
+    violations_out: Floats,  # (n_zones,) f8  [m], largest violation of the answer
+    trace_out: Floats,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
+    unknown_work_out: AnyFloats,  # (4, n_unknowns) f8 or f4, work space
+    impact_work_out: AnyFloats,  # (3, n_impacts) f8 or f4, work space
+    memory_out: AnyFloats,  # (n_memory,) f8 or f4, work space
+    states_out: Floats,  # (n, n_threads, 9) f8, zeros, work space of each thread of a zone
 ):
+    """Solve zones, one block a zone."""
     if cuda.blockIdx.x < zones.shape[0]:
         minimise_zone(
             zones[cuda.blockIdx.x],
             states_out[cuda.blockIdx.x, cuda.threadIdx.x],
             block(),
             impact_offsets,
-            row_offsets,
+            unknown_offsets,
             memory_offsets,
             nodes,
             coefficients,
@@ -71,8 +74,8 @@ def solve_lagrangian(
             gaps_out,
             violations_out,
             trace_out,
-            vectors_out,
-            rows_out,
+            unknown_work_out,
+            impact_work_out,
             memory_out,
         )
 
@@ -80,37 +83,38 @@ def solve_lagrangian(
 @cuda_kernel
 def solve_lagrangian_by_grid(
     # In:
-    zones,  # (1,) i8, the one to solve
-    impact_offsets,  # (n_zones + 1,) i8
-    row_offsets,  # (n_zones + 1,) i8, of a zone's unknowns; 3 for pinned vertices at the end
-    memory_offsets,  # (n_zones + 1,) i8
-    nodes,  # (n_impacts, 4) u4, 3 times the zone's own vertex
-    coefficients,  # (n_impacts, 4) f8, 0 for pinned
-    entries,  # (n_entries,) u4, impacts of each vertex, numbers in its zone
-    arms,  # (n_entries, 3) f8, coefficient times normal of each
-    entry_starts,  # (n_unknowns / 3 + 1,) u8
-    normals,  # (n_impacts, 3) f8
-    starts,  # (n_impacts,) f8, constraints at x = 0
-    metres,  # (n_impacts,) f8  [m], violation of a constraint of 1
-    curvatures,  # (n_unknowns,) f8, w
-    mus,  # (n_zones,) f8, penalty weights at first
-    mu_caps,  # (n_zones,) f8, and at most
-    first_steps,  # (n_zones,) f8
-    units,  # (n_zones,) f8  [kg m^2], of an objective of 1
-    settings,  # Settings
+    zones: Indices,  # (1,) i8, the zone to solve
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    unknown_offsets: Offsets,  # (n_zones + 1,) i8, into x; the last 3 of a zone are for pinned ones
+    memory_offsets: Offsets,  # (n_zones + 1,) i8
+    nodes: AnyInts,  # (n_impacts, 4) u4, 3 times the vertex's number in its zone
+    coefficients: Floats,  # (n_impacts, 4) f8, 0 for pinned vertices
+    entries: AnyInts,  # (n_entries,) u4, impacts of each vertex, by their number in the zone
+    arms: Floats,  # (n_entries, 3) f8, coefficient times normal of each entry
+    entry_starts: AnyInts,  # (n_unknowns / 3 + 1,) u8, where the entries of each vertex begin
+    normals: Floats,  # (n_impacts, 3) f8
+    starts: Floats,  # (n_impacts,) f8, constraints at x = 0
+    metres: Floats,  # (n_impacts,) f8  [m], violation if a constraint is 1
+    curvatures: Floats,  # (n_unknowns,) f8, w
+    mus: Floats,  # (n_zones,) f8, penalty weights at the start
+    mu_caps: Floats,  # (n_zones,) f8, largest penalty weights
+    first_steps: Floats,  # (n_zones,) f8
+    units: Floats,  # (n_zones,) f8  [kg m^2], objective in kg m^2 if the objective is 1
+    settings: Settings,  # Settings
     # Out:
-    x_out,  # (n_unknowns,) f8, displacements
-    multipliers_out,  # (n_impacts,) f8
-    steps_out,  # (n_zones,) i4
-    gaps_out,  # (n_zones,) f8, relative duality gap of the answer, as the solver sees it
-    violations_out,  # (n_zones,) f8  [m], and its largest violation
-    trace_out,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
-    vectors_out,  # (4, n_unknowns) f8, work space
-    rows_out,  # (3, n_impacts) f8, work space
-    memory_out,  # (n_memory,) f8, work space
-    states_out,  # (1, n_threads, 9) f8, zeros, work space; as many as work on a zone
-    parts_out,  # (n_blocks, 7) f8, zeros, work space
+    x_out: Floats,  # (n_unknowns,) f8, displacements
+    multipliers_out: Floats,  # (n_impacts,) f8
+    steps_out: Ints,  # (n_zones,) i4
+    gaps_out: Floats,  # (n_zones,) f8, relative duality gap of the answer, as the solver sees it
+    violations_out: Floats,  # (n_zones,) f8  [m], largest violation of the answer
+    trace_out: Floats,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k = 0: none
+    unknown_work_out: Floats,  # (4, n_unknowns) f8, work space
+    impact_work_out: Floats,  # (3, n_impacts) f8, work space
+    memory_out: Floats,  # (n_memory,) f8, work space
+    states_out: Floats,  # (1, n_threads, 9) f8, zeros, work space of each thread
+    parts_out: Floats,  # (n_blocks, 7) f8, zeros, work space
 ):
+    """Solve one zone with all blocks of the launch."""
     if zones.shape[0] == 1:
         group = grid(parts_out)
         minimise_zone(
@@ -118,7 +122,7 @@ def solve_lagrangian_by_grid(
             states_out[0, group.rank()],
             group,
             impact_offsets,
-            row_offsets,
+            unknown_offsets,
             memory_offsets,
             nodes,
             coefficients,
@@ -140,8 +144,8 @@ def solve_lagrangian_by_grid(
             gaps_out,
             violations_out,
             trace_out,
-            vectors_out,
-            rows_out,
+            unknown_work_out,
+            impact_work_out,
             memory_out,
         )
 
@@ -149,13 +153,14 @@ def solve_lagrangian_by_grid(
 @cuda_kernel
 def flag_zones_of_size(
     # In:
-    zones,  # (n,) i8
-    impact_offsets,  # (n_zones + 1,) i8
-    more_than,  # i8, impacts
-    at_most,  # i8
+    zones: Indices,  # (n,) i8
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    more_than: int,  # i8, impacts
+    at_most: int,  # i8, impacts
     # Out:
-    flags_out,  # (n,) b1, of those with so many
+    flags_out: Flags,  # (n,) b1, whether the zone has more than one number and at most the other
 ):
+    """Flag the zones whose number of impacts is in a range."""
     i = cuda.grid(1)
     if i < zones.shape[0]:
         size = impact_offsets[zones[i] + 1] - impact_offsets[zones[i]]
@@ -165,14 +170,15 @@ def flag_zones_of_size(
 @cuda_kernel
 def judge_zones(
     # In:
-    zones,  # (n,) i8
-    gaps,  # (n_zones,) f8, relative duality gap
-    violations,  # (n_zones,) f8  [m]
-    gap_tolerance,  # f8
-    violation_tolerance,  # f8  [m]
+    zones: Indices,  # (n,) i8, zones to judge
+    gaps: Floats,  # (n_zones,) f8, relative duality gap
+    violations: Floats,  # (n_zones,) f8  [m]
+    gap_tolerance: float,  # f8
+    violation_tolerance: float,  # f8  [m]
     # Out:
-    solved_out,  # (n_zones,) b1, of these zones
+    solved_out: Flags,  # (n_zones,) b1, written for these zones
 ):
+    """Judge which zones are solved to the tolerances."""
     i = cuda.grid(1)
     if i < zones.shape[0]:
         zone = zones[i]

@@ -1,28 +1,47 @@
-"""Zones in scaled variables, and the small ones solved, one a thread."""
+"""Constraints in scaled variables, and the solver that takes one thread a zone."""
 
 from numba import cuda
 
+from izo_ref.base.arrays import (
+    Codes,
+    Flags,
+    Floats,
+    Indices,
+    Ints,
+    Multipliers,
+    Nodes,
+    Normals,
+    Offsets,
+    Positions,
+    Weights,
+)
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.solvers.serial.constraints import scale_constraint
-from izo_ref.solvers.serial.small_zone import BLOCK_PIVOT, solve_small_zone, work_of_small_zone
+from izo_ref.solvers.serial.small_zone import (
+    BLOCK_PIVOT,
+    Limits,
+    solve_small_zone,
+    work_of_small_zone,
+)
 
 
 @cuda_kernel
 def scale_constraints(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    weights,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    proposed,  # (n_vertices, 3) f8  [m]
-    inverse_sqrt_masses,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned
-    thickness,  # f8  [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    proposed: Positions,  # (n_vertices, 3) f8  [m]
+    inverse_sqrt_masses: Floats,  # (n_vertices,) f8  [kg^-1/2], 0 for pinned vertices
+    thickness: float,  # f8  [m]
     # Out:
-    unknowns_out,  # (n_impacts, 4) i4, as nodes; -1 for pinned
-    coefficients_out,  # (n_impacts, 4) f8, unit length in each row
-    rhs_out,  # (n_impacts,) f8  [m kg^1/2]
-    lengths_out,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if there was none
-    hopeless_out,  # (n_impacts,) b1, violated and without unknowns
+    unknowns_out: Nodes,  # (n_impacts, 4) i4, the vertices in nodes; -1 for pinned ones
+    coefficients_out: Floats,  # (n_impacts, 4) f8, with the normals, rows of unit length
+    rhs_out: Floats,  # (n_impacts,) f8  [m kg^1/2]
+    lengths_out: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if it was 0
+    hopeless_out: Flags,  # (n_impacts,) b1, violated, and every vertex of the impact is pinned
 ):
+    """Write the constraints of impacts in scaled variables."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         rhs_out[j], lengths_out[j], hopeless_out[j] = scale_constraint(
@@ -41,27 +60,28 @@ def scale_constraints(
 @cuda_kernel
 def solve_small_zones(
     # In:
-    zones,  # (n,) i8, those to solve
-    methods,  # (n,) i1, of solvers/serial/small_zone.py, to try first
-    impact_offsets,  # (n_zones + 1,) i8
-    vertex_offsets,  # (n_zones + 1,) i8
-    unknowns,  # (n_impacts, 4) i4, into z, zone by zone; -1 for pinned
-    coefficients,  # (n_impacts, 4) f8
-    normals,  # (n_impacts, 3) f8
-    rhs,  # (n_impacts,) f8  [m kg^1/2]
-    lengths,  # (n_impacts,) f8  [kg^-1/2]
-    limits,  # Limits, of solvers/serial/small_zone.py
-    number_starts,  # (n_slots + 1,) i8, of work space; slot k solves zones k, k + n_slots, ...
-    index_starts,  # (n_slots + 1,) i8
+    zones: Indices,  # (n,) i8, zones to solve
+    methods: Codes,  # (n,) i1, method to try first, a code of solvers/serial/small_zone.py
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    vertex_offsets: Offsets,  # (n_zones + 1,) i8
+    unknowns: Nodes,  # (n_impacts, 4) i4, vertices in the order of z; -1 for pinned ones
+    coefficients: Floats,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    rhs: Floats,  # (n_impacts,) f8  [m kg^1/2]
+    lengths: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling
+    limits: Limits,  # Limits, of solvers/serial/small_zone.py
+    number_starts: Offsets,  # (n_slots + 1,) i8, into numbers_out; slot k: zones k, k + n_slots ...
+    index_starts: Offsets,  # (n_slots + 1,) i8, into indices_out
     # Out:
-    multipliers_out,  # (n_impacts,) f8  [m kg^1/2], of the unit rows
-    z_out,  # (3 n_unknowns,) f8  [m kg^1/2]
-    methods_out,  # (n_zones,) i1, the last that was tried
-    solved_out,  # (n_zones,) b1, to the limits
-    steps_out,  # (n_zones,) i4
-    numbers_out,  # (number_starts[n_slots],) f8, work space, of solvers/serial/small_zone.py
-    indices_out,  # (index_starts[n_slots],) i4, work space
+    multipliers_out: Multipliers,  # (n_impacts,) f8  [m kg^1/2], for rows of unit length
+    z_out: Floats,  # (3 n_unknowns,) f8  [m kg^1/2]
+    methods_out: Codes,  # (n_zones,) i1, the last method that was tried
+    solved_out: Flags,  # (n_zones,) b1, whether the zone is solved to the limits
+    steps_out: Ints,  # (n_zones,) i4
+    numbers_out: Floats,  # (number_starts[n_slots],) f8, work space of the slots
+    indices_out: Ints,  # (index_starts[n_slots],) i4, work space of the slots
 ):
+    """Solve small zones, one thread a zone; a slot solves one zone after the other."""
     slot, n_slots = cuda.grid(1), number_starts.shape[0] - 1
     if slot < n_slots:
         for i in range(slot, zones.shape[0], n_slots):
@@ -88,16 +108,17 @@ def solve_small_zones(
 @cuda_kernel
 def choose_methods(
     # In:
-    impact_offsets,  # (n_zones + 1,) i8
-    vertex_offsets,  # (n_zones + 1,) i8
-    largest,  # i8, impacts that a zone has at most to be small
-    single,  # i1, method for one impact
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    vertex_offsets: Offsets,  # (n_zones + 1,) i8
+    largest: int,  # i8, most impacts of a small zone
+    single: int,  # i1, method for a zone of one impact
     # Out:
-    methods_out,  # (n_zones,) i1, of solvers/serial/small_zone.py, to begin with
-    small_out,  # (n_zones,) b1
-    numbers_out,  # (n_zones,) i8, of work space
-    indices_out,  # (n_zones,) i8
+    methods_out: Codes,  # (n_zones,) i1, method to try first, of solvers/serial/small_zone.py
+    small_out: Flags,  # (n_zones,) b1
+    numbers_out: Indices,  # (n_zones,) i8, numbers of work space
+    indices_out: Indices,  # (n_zones,) i8, indices of work space
 ):
+    """Choose the method to try first for each zone, and measure its work space."""
     zone = cuda.grid(1)
     if zone < small_out.shape[0]:
         n = impact_offsets[zone + 1] - impact_offsets[zone]

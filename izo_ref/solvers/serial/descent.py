@@ -1,25 +1,39 @@
-"""The loop of the augmented-Lagrangian methods, over one zone: direction, step, multipliers.
+"""The loop of the augmented-Lagrangian methods over one zone.
 
-Written once for all directions, line searches, updates of the multipliers and of the
-penalty, which are chosen by integer codes at run time.
+Each step chooses a direction of descent p of the augmented Lagrangian L (`lagrangian.py`), a step
+size by a line search, and moves x. The multipliers are updated after every step, or after an inner
+solve that has minimised L for fixed multipliers. The penalty mu stays fixed, or grows while the
+constraints do not improve fast enough.
 
-Source: XRTailor documentation, "Impact Zone Optimization", figure `algorithm_cpu`, and
-SPEC sections 3 and 4.
+The loop is written once for all methods. Integer codes choose the direction, the line search and
+the updates at run time.
+
+Source: XRTailor documentation, "Impact Zone Optimization", figure `algorithm_cpu`; SPEC sections
+3 and 4.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyBool, AnyFloats, AnyInt, AnyInts, Floats, Ints, Offsets
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.thread_group import group_maxima, group_sum
+from izo_ref.base.serial.thread_group import ThreadGroup, group_maxima
 from izo_ref.solvers.serial.directions.cg import cg_direction
 from izo_ref.solvers.serial.directions.chebyshev import accelerate, goes_uphill, next_omega
 from izo_ref.solvers.serial.directions.gradient import gradient_direction
 from izo_ref.solvers.serial.directions.lbfgs import lbfgs_direction, remember_pair
 from izo_ref.solvers.serial.directions.newton import newton_direction
 from izo_ref.solvers.serial.lagrangian import (
+    AGE,
+    BEST,
+    INNER,
+    MU,
+    OMEGA,
+    STEP,
+    STORED,
+    WORST,
+    Measures,
     Zone,
     evaluate,
     hessian_diagonal,
@@ -28,48 +42,25 @@ from izo_ref.solvers.serial.lagrangian import (
     update_multipliers,
 )
 from izo_ref.solvers.serial.line_search import search_line
+from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.serial.stopping import is_inner_solve_done, is_over, relative_gap
 
 GRADIENT, JACOBI, CHEBYSHEV, CG, LBFGS, NEWTON = range(6)
-LAST, UNIT, MODEL = 0, 1, 2  # where line searches begin: last step, 1, minimum of the model
-# Places in Zone.state
-MU, STEP, STORED, AGE, OMEGA, WORST, BEST, BEST_AT, INNER = range(9)
-
-
-class Settings(NamedTuple):
-    """Parameters of the loop; `solvers/presets.py` says where their values are from."""
-
-    direction: int
-    line_search: int
-    every_step: bool  # multipliers after every step, not after an inner solve
-    preconditioned: bool  # by the diagonal of the generalised Hessian
-    begin: int  # where a line search begins
-    armijo: float  # c_1: fraction of the predicted decrease that has to be reached
-    wolfe: float  # c_2: fraction of the slope that may be left
-    shrink: float  # backtracking multiplies a step too long by this
-    grow: float  # searches begin at the last step times this
-    smallest_step: float  # a search that comes to this has failed
-    faithful: bool  # as a preset: ends where a search fails, nothing guarded or returned anew
-    max_steps: int
-    gap_tolerance: float  # ends when the relative duality gap is below, and
-    violation_m: float  # [m], the largest violation
-    rounding: float  # half a unit in the last place of 1, of the type of the arrays
-    inner_steps: int  # at most, between updates of the multipliers
-    inner_accuracy: float  # delta of an inner solve, see there
-    eps_x: float  # ARCSim's stops of an inner solve; negative: none
-    eps_f: float
-    eps_g: float
-    penalty_growth: float  # mu grows by this, 1: never
-    delay: int  # of Chebyshev's omega
-    rho: float
-    linear_tolerance: float  # of Newton's linear systems, and
-    linear_steps: int  # their products with the Hessian at most, times the unknowns
+# First step of a line search: the last step, 1, or the minimum of the local quadratic model.
+LAST, UNIT, MODEL = 0, 1, 2
 
 
 @compiled
-def choose_direction(zone, settings, restart):
-    """Direction p by the code; -g / D or -g where that is no descent.
+def choose_direction(
+    zone: Zone, settings: Settings, restart: AnyBool
+) -> tuple[float, float, float]:
+    """Compute the direction p of the method, or the gradient's where p is no descent.
 
-    Returns what `prepare_line` says of it.
+    The gradient's direction is -g, or -g / D if the settings say so, with D the diagonal of the
+    generalised Hessian. With `restart`, the direction forgets the steps before.
+
+    Returns:
+        The derivatives of L along p, see `prepare_line`.
     """
     state = zone.state
     if settings.preconditioned:
@@ -98,8 +89,10 @@ def choose_direction(zone, settings, restart):
 
 
 @compiled
-def choose_step(zone, settings, line):
-    """Step size and the change of L; 0 if there is none."""
+def choose_step(
+    zone: Zone, settings: Settings, line: tuple[float, float, float]
+) -> tuple[float, float]:
+    """Return the step size and the change of L; the step is 0 if the search found none."""
     slope, curvature, second = line
     state, first = zone.state, 1.0
     if settings.begin == LAST:
@@ -113,8 +106,12 @@ def choose_step(zone, settings, line):
 
 
 @compiled
-def move(zone, settings, length, iteration):
-    """x + length p, accelerated or not, and the constraints there."""
+def move(zone: Zone, settings: Settings, length: float, iteration: AnyInt) -> None:
+    """Move x by length p, accelerate if the method does, and update the constraints.
+
+    Afterwards `zone.direction` holds the step length p. The constraints are computed anew every 32
+    steps, and after each accelerated step.
+    """
     step, state = zone.x.dtype.type(length), zone.state
     for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         zone.direction[i] *= step
@@ -132,8 +129,20 @@ def move(zone, settings, length, iteration):
 
 
 @compiled
-def learn(zone, settings):
-    """Of the step just made: y = g - g_before for cg, and a pair for lbfgs."""
+def take_step(
+    zone: Zone, settings: Settings, restart: AnyBool, iteration: AnyInt
+) -> tuple[float, float]:
+    """Choose a direction and a step size, and move; return the step size and the change of L."""
+    line = choose_direction(zone, settings, restart)
+    length, change = choose_step(zone, settings, line)
+    if length != 0.0:
+        move(zone, settings, length, iteration)
+    return length, change
+
+
+@compiled
+def remember_step(zone: Zone, settings: Settings) -> None:
+    """Keep what the last step tells: y = g - g_before for cg, and the pair s, y for lbfgs."""
     for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
         zone.previous[i] = zone.gradient[i] - zone.previous[i]
     if settings.direction == LBFGS:
@@ -142,80 +151,28 @@ def learn(zone, settings):
 
 
 @compiled
-def inner_done(zone, settings, found, change):
-    """Whether an inner solve is done.
+def next_multipliers(
+    zone: Zone, settings: Settings, measures: Measures, mu_cap: float, iteration: AnyInt
+) -> None:
+    """Update the multipliers, and then mu.
 
-    By criterion B of Rockafellar: L is within delta^2 / (2 mu) |change of l|^2 of its
-    minimum, which |g|^2 / (2 w) bounds since w is the least curvature. So inner solves
-    tighten as the multipliers settle. Presets have the three stops of their library.
+    mu grows if the shift of the multipliers has not fallen to a quarter since the last look. With
+    updates after every step, the loop looks every ten steps.
 
-    Source: R. T. Rockafellar, Augmented Lagrangians and applications of the proximal point
-    algorithm in convex programming (1976).
+    Source: page eq. 9.
     """
-    if zone.state[INNER] >= settings.inner_steps:
-        return True
-    if not settings.faithful:
-        limit = settings.inner_accuracy * settings.inner_accuracy
-        return found.error <= limit * zone.state[MU] * found.shift_sq
-    if found.gradient_sq <= settings.eps_g**2:
-        return True
-    length_sq = 0.0
-    for i in range(zone.group.rank(), zone.x.size, zone.group.size()):
-        length_sq += zone.direction[i] * zone.direction[i]
-    length_sq = group_sum(zone.group, length_sq)
-    largest = max(abs(found.value), abs(found.value - change), 1.0)
-    return math.sqrt(length_sq) <= settings.eps_x or -change <= settings.eps_f * largest
-
-
-@compiled
-def next_multipliers(zone, settings, found, mu_cap, iteration):
-    """Page eq. 9; then mu grows if their shift has not fallen to a quarter since last looked."""
     state = zone.state
     update_multipliers(zone, state[MU])
     look = not settings.every_step or iteration % 10 == 0
     if look and settings.penalty_growth > 1.0:
-        if found.largest_shift > 0.25 * state[WORST]:
+        if measures.largest_shift > 0.25 * state[WORST]:
             state[MU] = min(settings.penalty_growth * state[MU], mu_cap)
-        state[WORST] = found.largest_shift
+        state[WORST] = measures.largest_shift
 
 
 @compiled
-def relative_gap(found):
-    """Of (x, max(l + mu c, 0)): what is missing from stationarity and complementarity."""
-    gap = 0.5 * found.error + found.products
-    if found.objective > 0.0:
-        return gap / found.objective
-    return 0.0 if gap == 0.0 else math.inf
-
-
-@compiled
-def is_over(zone, settings, found, largest_start, iteration):
-    """Solved; or nothing left but rounding; or no progress for long; or diverging."""
-    state = zone.state
-    if not found.objective < 1e30:  # of units of 1; its square is still a float32
-        return True
-    if settings.faithful:
-        return found.error == 0.0 and found.shift_sq == 0.0
-    gap = relative_gap(found)
-    if gap <= settings.gap_tolerance and found.violation_m <= settings.violation_m:
-        return True
-    # each of some ten operations on numbers of this size
-    unit = 10.0 * settings.rounding
-    noise = unit * (found.largest_pull + state[MU] * largest_start)
-    if found.largest_gradient <= noise and found.largest_shift <= unit * largest_start:
-        return True
-    violation = found.violation_m / settings.violation_m
-    merit = max(gap / settings.gap_tolerance, violation)
-    if not merit >= 0.5 * state[BEST]:
-        state[BEST], state[BEST_AT] = merit, iteration
-    # Linear convergence, however slow, halves the merit in a constant number of steps; the
-    # first halving may take longer, for the multipliers begin at 0.
-    return iteration > 2.0 * state[BEST_AT] + 2000.0
-
-
-@compiled
-def begin(zone, mu, first_step):
-    """State and constraints at x = 0; returns the largest of these."""
+def initialise(zone: Zone, mu: float, first_step: float) -> float:
+    """Set the state and the constraints for x = 0, and return the largest |c| there."""
     state, largest = zone.state, 0.0
     state[MU], state[STEP], state[OMEGA] = mu, first_step, 1.0
     state[WORST], state[BEST] = math.inf, math.inf
@@ -226,97 +183,128 @@ def begin(zone, mu, first_step):
 
 
 @compiled
-def minimise(zone, settings, mu, mu_cap, first_step, unit, trace_out):
-    """Run the loop on one zone from x = 0; returns the number of steps, gap and violation.
+def record_trace(
+    zone: Zone, measures: Measures, unit: float, iteration: AnyInt, trace_out: Floats
+) -> None:
+    """Write the objective [kg m^2] and the violation [m] after a step, if there is room."""
+    if zone.group.rank() == 0 and 0 < iteration <= trace_out.shape[0]:
+        trace_out[iteration - 1, 0] = unit * measures.objective
+        trace_out[iteration - 1, 1] = measures.violation_m
 
-    `unit` makes the objective kg m^2 for `trace_out`, (steps, 2) f8 or empty.
+
+@compiled
+def minimise(
+    zone: Zone,
+    settings: Settings,
+    mu: float,
+    mu_cap: float,
+    first_step: float,
+    unit: float,
+    trace_out: Floats,
+) -> tuple[AnyInt, float, float]:
+    """Run the loop on one zone from x = 0.
+
+    Args:
+        zone: The zone, with x = 0. At the end, x and the multipliers hold the answer.
+        settings: Parameters of the loop.
+        mu: Penalty at first.
+        mu_cap: Largest penalty.
+        first_step: Step that the first line search begins with, if searches begin at the last
+            step.
+        unit: [kg m^2], an objective of 1, for the trace.
+        trace_out: (k, 2) f8, objective [kg m^2] and violation [m] after each of the first k
+            steps; k may be 0.
+
+    Returns:
+        The number of steps, the relative duality gap and the largest violation [m].
     """
-    state, largest_start = zone.state, begin(zone, mu, first_step)
-    learns = settings.direction == CG or settings.direction == LBFGS
-    # `fresh`: the multipliers are new and x is not, so it has been judged
-    iteration, idle, fresh, restart, change = np.int64(0), True, False, True, 0.0
+    state, largest_start = zone.state, initialise(zone, mu, first_step)
+    has_memory = settings.direction == CG or settings.direction == LBFGS
+    # `judged`: only the multipliers are new; x is not, and has been judged already
+    iteration, idle, judged, restart, change = np.int64(0), True, False, True, 0.0
     while True:
-        found = evaluate(zone, state[MU])
-        if not fresh:
-            if zone.group.rank() == 0 and 0 < iteration <= trace_out.shape[0]:
-                trace_out[iteration - 1, 0] = unit * found.objective
-                trace_out[iteration - 1, 1] = found.violation_m
+        measures = evaluate(zone, state[MU])
+        if not judged:
+            record_trace(zone, measures, unit, iteration, trace_out)
             if iteration >= settings.max_steps:
                 break
-            if is_over(zone, settings, found, largest_start, iteration):
+            if is_over(zone, settings, measures, largest_start, iteration):
                 break
-            if learns and not idle:
-                learn(zone, settings)
-            due = learns and iteration > 0
+            if has_memory and not idle:
+                remember_step(zone, settings)
+            due = has_memory and iteration > 0
             if not settings.every_step:
-                due = iteration > 0 and (idle or inner_done(zone, settings, found, change))
+                done = idle or is_inner_solve_done(zone, settings, measures, change)
+                due = iteration > 0 and done
                 restart = restart or due
             if due:
-                next_multipliers(zone, settings, found, mu_cap, iteration)
-                state[INNER], fresh = 0.0, True
+                next_multipliers(zone, settings, measures, mu_cap, iteration)
+                state[INNER], judged = 0.0, True
                 continue
-        fresh = False
-        if settings.faithful and state[INNER] == 0.0 and found.gradient_sq <= settings.eps_g**2:
+        judged = False
+        if settings.faithful and state[INNER] == 0.0 and measures.gradient_sq <= settings.eps_g**2:
             break  # an inner solve that takes no step is the last
-        # At the minimum of L, to rounding, no step satisfies the strict inequality of
-        # eq. 18: the multipliers still have their turn.
-        noise = settings.rounding * (found.largest_pull + state[MU] * largest_start)
-        idle = found.largest_gradient <= noise
+        # At the minimum of L, to rounding, no step satisfies the strict inequality of eq. 18. The
+        # multipliers are updated nevertheless.
+        noise = settings.rounding * (measures.largest_pull + state[MU] * largest_start)
+        idle = measures.largest_gradient <= noise
         if not idle:
-            line = choose_direction(zone, settings, restart)
-            length, change = choose_step(zone, settings, line)
+            length, change = take_step(zone, settings, restart, iteration)
             idle, restart = length == 0.0, False
             if idle and settings.faithful:
                 break
-            if not idle:
-                move(zone, settings, length, iteration)
         if idle and not settings.faithful:
             state[STEP], restart = first_step, True
-        if settings.every_step and not learns:
-            next_multipliers(zone, settings, found, mu_cap, iteration)
+        if settings.every_step and not has_memory:
+            next_multipliers(zone, settings, measures, mu_cap, iteration)
         state[INNER] += 1.0
         iteration += 1
     if not settings.faithful:
         for j in range(zone.group.rank(), zone.pushed.size, zone.group.size()):
             zone.multipliers[j] = max(state[MU] * zone.pushed[j], 0.0)
-    return iteration, relative_gap(found), found.violation_m
+    return iteration, relative_gap(measures), measures.violation_m
 
 
 @compiled
 def minimise_zone(
-    zone,
-    state,
-    group,
-    impact_offsets,
-    row_offsets,
-    memory_offsets,
-    nodes,
-    coefficients,
-    entries,
-    arms,
-    entry_starts,
-    normals,
-    starts,
-    metres,
-    curvatures,
-    mus,
-    mu_caps,
-    first_steps,
-    units,
-    settings,
-    x_out,
-    multipliers_out,
-    steps_out,
-    gaps_out,
-    violations_out,
-    trace_out,
-    vectors_out,
-    rows_out,
-    memory_out,
-):
-    """Run it on one of several zones side by side; arrays are those of the kernels' contract.
+    zone: AnyInt,
+    state: Floats,
+    group: ThreadGroup,
+    impact_offsets: Offsets,
+    row_offsets: Offsets,
+    memory_offsets: Offsets,
+    nodes: AnyInts,
+    coefficients: AnyFloats,
+    entries: AnyInts,
+    arms: AnyFloats,
+    entry_starts: AnyInts,
+    normals: AnyFloats,
+    starts: AnyFloats,
+    metres: AnyFloats,
+    curvatures: AnyFloats,
+    mus: Floats,
+    mu_caps: Floats,
+    first_steps: Floats,
+    units: Floats,
+    settings: Settings,
+    x_out: AnyFloats,
+    multipliers_out: AnyFloats,
+    steps_out: Ints,
+    gaps_out: Floats,
+    violations_out: Floats,
+    trace_out: Floats,
+    vectors_out: AnyFloats,
+    rows_out: AnyFloats,
+    memory_out: AnyFloats,
+) -> None:
+    """Run the loop on one of several zones that lie side by side.
 
-    `state` is the thread's own.
+    Args:
+        zone: The zone.
+        state: (9,) f8, zeros, of this thread alone.
+        group: The threads that work on the zone.
+        impact_offsets: This and all that follow are arrays of all zones, as the contract of the
+            kernel `solve_lagrangian` states them (`solvers/cpu/lagrangian.py`).
     """
     a, b = impact_offsets[zone], impact_offsets[zone + 1]
     i, k = row_offsets[zone], row_offsets[zone + 1]

@@ -1,27 +1,56 @@
-"""Step sizes along a direction of descent.
+"""Choose the step size along a direction of descent.
 
-All ask `along_line` alone, which costs a pass over the rows and no product with them. A
-step of 0 says that none was found, which at the minimum of L to rounding is the rule.
+Along x + step p the augmented Lagrangian L is piecewise quadratic and convex, so its derivative
+increases and is piecewise linear. A search needs nothing but `along_line`, which costs one pass
+over the constraints and no product with their matrix.
 
-Source: J. Nocedal, S. Wright, Numerical Optimization (2006), sections 3.1 and 3.5; the
-page's eqs. 14, 18 and 21, with the gradient of 21b at x + step p, as it is in the book.
+    EXACT         the minimum of L along the line
+    BACKTRACKING  the first of first, shrink first, shrink^2 first, ... with the Armijo condition
+                  L(x + step p) - L(x) < c_1 step slope
+    WOLFE         a step with the Armijo condition and |slope at x + step p| <= c_2 |slope at x|
+
+A search may find no step and returns 0. At the minimum of L, to rounding, that is the rule.
+
+Source: J. Nocedal, S. Wright, Numerical Optimization (2006), sections 3.1 and 3.5; the page's
+eqs. 14, 18 and 21. Eq. 21b takes the gradient at x + step p here, as the book does.
 """
 
 import math
 
 from izo_ref.base.compile import compiled
-from izo_ref.solvers.serial.lagrangian import along_line
+from izo_ref.solvers.serial.lagrangian import Zone, along_line
+from izo_ref.solvers.serial.settings import Settings
 
 EXACT, BACKTRACKING, WOLFE = 0, 1, 2
 
 
 @compiled
-def search_line(zone, penalty, slope, curvature, first, settings):
-    """Step by the line search of the settings, which begins at `first`; and the change of L.
+def search_line(
+    zone: Zone,
+    penalty: float,
+    slope: float,
+    curvature: float,
+    first: float,
+    settings: Settings,
+) -> tuple[float, float]:
+    """Search for a step size along p, beginning at the step `first`.
 
-    Exact and Wolfe: the derivative increases along the line, piece by piece linear, so an
-    interval holds its root, or steps that satisfy Wolfe's conditions. Newton's steps leave
-    at least one piece behind each; where they leave the interval it is halved.
+    EXACT and WOLFE keep an interval that holds the root of the derivative, or the steps that
+    satisfy Wolfe's conditions. They take Newton's steps on the derivative, each of which leaves at
+    least one linear piece behind. A step that leaves the interval is replaced by the middle of the
+    interval, or by twice its lower end while it has no upper end.
+
+    Args:
+        zone: The zone, after `prepare_line`.
+        penalty: mu.
+        slope: Derivative of L along p at x.
+        curvature: Second derivative there, without the active constraints.
+        first: Step to try first.
+        settings: Which search, and its parameters.
+
+    Returns:
+        The step and the change of L. If no step was accepted, it is the largest one that was not
+        too long, which is 0 if there was none.
     """
     exact = settings.line_search == EXACT
     wanted = (4.0 * settings.rounding if exact else settings.wolfe) * abs(slope)
@@ -45,7 +74,7 @@ def search_line(zone, penalty, slope, curvature, first, settings):
             if not low < step < high:
                 step = 0.5 * (low + high) if high < math.inf else 2.0 * low
             if step <= low or step >= high:
-                break  # no number is left between
+                break  # no number is left between low and high
         if step < settings.smallest_step:
             break
     return low, lowest

@@ -1,10 +1,22 @@
-"""A small zone from its rows to a judged answer, by the first method that gets it right."""
+"""Solve one small zone on one thread, and judge the answer.
+
+In scaled variables (SPEC section 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with
+constraints of unit length and multipliers u >= 0. Three methods solve it:
+
+* The closed form serves zones of one impact.
+* Block pivoting (`solvers/serial/block_pivot.py`) is the fastest method for the others. It gives
+  up where constraints are nearly dependent.
+* The active set (`solvers/serial/active_set.py`) then goes on from the guess that block pivoting
+  left. It accepts dependent constraints.
+
+No answer is accepted unchecked. Rounding can make even the active set end far off where
+constraints are nearly dependent, so the residuals of the answer decide whether the zone is solved.
+"""
 
 import math
 from typing import NamedTuple
 
-import numpy as np
-
+from izo_ref.base.arrays import AnyInt, Floats, Ints, Normals
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
 from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
@@ -16,72 +28,66 @@ ACTIVE_SET = 2
 
 
 class Limits(NamedTuple):
-    """What counts as solved."""
+    """Limits that an answer must keep to count as solved."""
 
     gap: float  # largest relative duality gap
     violation: float  # [m], largest violation
-    farthest: float  # |z| over the largest rhs: beyond, a solution is of no use to anybody
+    farthest: float  # largest |z| over the largest rhs; an answer farther off is useless
 
 
 @compiled
-def _is_near(rhs, farthest, z):
-    largest, z_sq = 0.0, 0.0
-    for j in range(rhs.shape[0]):
-        largest = max(largest, rhs[j])
-    for i in range(z.shape[0]):
-        z_sq += z[i] * z[i]
-    return math.sqrt(z_sq) <= farthest * largest
-
-
-@compiled
-def work_of_small_zone(n, n_vertices):
-    """How many numbers and indices of work space a zone of n impacts takes."""
+def work_of_small_zone(n: int, n_vertices: int) -> tuple[int, int]:
+    """Return the work space of a zone of n impacts, in f8 numbers and in i4 indices."""
     of_pivot, of_set = work_of_block_pivot(n, n_vertices), work_of_active_set(n, n_vertices)
     return max(of_pivot[0], of_set[0]), max(of_pivot[1], of_set[1])
 
 
 @compiled
 def solve_small_zone(
-    method,
-    begin,
-    end,
-    first,
-    last,
-    unknowns,
-    coefficients,
-    normals,
-    rhs,
-    lengths,
-    limits,
-    numbers,
-    indices,
-    multipliers_out,
-    z_out,
-):
-    """Solve the zone of impacts begin..end and unknowns first..last.
-
-    One impact alone: u = max(0, s / K), and K = 1 for a unit row. Block pivoting, and where
-    that gives up the active set, from its guess. Rounding can make an active set end far
-    off where rows are nearly dependent, so the answer is judged.
+    method: int,
+    begin: int,
+    end: int,
+    first: int,
+    last: int,
+    unknowns: Ints,
+    coefficients: Floats,
+    normals: Normals,
+    rhs: Floats,
+    lengths: Floats,
+    limits: Limits,
+    numbers: Floats,
+    indices: Ints,
+    multipliers_out: Floats,
+    z_out: Floats,
+) -> tuple[int, bool, AnyInt]:
+    """Solve the zone of the impacts begin..end and the unknowns first..last.
 
     Args:
-        method: CLOSED_FORM, BLOCK_PIVOT or ACTIVE_SET, where to begin.
-        lengths: (n_impacts,) f8 [kg^-1/2], of the rows before scaling.
-        limits: `Limits`.
-        numbers, indices: f8 and i4, work space of `work_of_small_zone`.
-        Others: as of `block_pivot`.
+        method: Method to begin with: CLOSED_FORM, BLOCK_PIVOT or ACTIVE_SET.
+        begin: The zone's first impact.
+        end: Its last impact + 1.
+        first: The zone's first unknown.
+        last: Its last unknown + 1.
+        unknowns: (n_impacts, 4) i4, of all zones; < 0 for pinned vertices.
+        coefficients: (n_impacts, 4) f8; with the normals, constraints of unit length.
+        normals: (n_impacts, 3) f8.
+        rhs: (n_impacts,) f8 [m kg^1/2], s.
+        lengths: (n_impacts,) f8 [kg^-1/2], of the constraints before scaling.
+        limits: What counts as solved.
+        numbers: f8, work space; `work_of_small_zone` says how much.
+        indices: i4, work space; `work_of_small_zone` says how much.
+        multipliers_out: (n_impacts,) f8 [m kg^1/2], u; begin..end are written.
+        z_out: (3 n_unknowns,) f8 [m kg^1/2]; the coordinates of first..last are written.
 
     Returns:
-        The method that ended it, whether the zone is solved, and the steps of that method.
+        The method that gave the answer, whether the zone is solved, and the steps of that
+        method.
     """
     steps, status = 0, SOLVED
     if method == CLOSED_FORM:
-        multipliers_out[begin] = max(rhs[begin], 0.0)
-        z = z_out[3 * first : 3 * last]
-        z[:] = 0.0
-        row = slice(begin, end)
-        part = unknowns[row], coefficients[row], normals[row]
-        add_constraint(multipliers_out[begin], np.int64(0), first, *part, z)
+        _solve_single_impact(
+            begin, first, last, unknowns, coefficients, normals, rhs, multipliers_out, z_out
+        )
         return method, True, steps
     if method == BLOCK_PIVOT:
         status, steps = block_pivot(
@@ -118,16 +124,49 @@ def solve_small_zone(
         )
     if status != SOLVED:
         return method, False, steps
-    rows, z = slice(begin, end), z_out[3 * first : 3 * last]
+    own, z = slice(begin, end), z_out[3 * first : 3 * last]
     violation, gap = residuals(
         first,
-        unknowns[rows],
-        coefficients[rows],
-        normals[rows],
-        rhs[rows],
-        lengths[rows],
-        multipliers_out[rows],
+        unknowns[own],
+        coefficients[own],
+        normals[own],
+        rhs[own],
+        lengths[own],
+        multipliers_out[own],
         z,
     )
     holds = violation <= limits.violation and gap <= limits.gap
-    return method, holds and _is_near(rhs[rows], limits.farthest, z), steps
+    return method, holds and _is_near(rhs[own], limits.farthest, z), steps
+
+
+@compiled
+def _solve_single_impact(
+    impact: AnyInt,
+    first: int,
+    last: int,
+    unknowns: Ints,
+    coefficients: Floats,
+    normals: Normals,
+    rhs: Floats,
+    multipliers_out: Floats,
+    z_out: Floats,
+) -> None:
+    """Solve a zone of one impact: u = max(0, s / K), and K = 1 for a constraint of unit length.
+
+    Source: SPEC section 5.
+    """
+    multipliers_out[impact] = max(rhs[impact], 0.0)
+    z = z_out[3 * first : 3 * last]
+    z[:] = 0.0
+    add_constraint(multipliers_out[impact], impact, first, unknowns, coefficients, normals, z)
+
+
+@compiled
+def _is_near(rhs: Floats, farthest: float, z: Floats) -> bool:
+    """Return whether |z| is at most `farthest` times the largest rhs."""
+    largest, z_sq = 0.0, 0.0
+    for j in range(rhs.shape[0]):
+        largest = max(largest, rhs[j])
+    for i in range(z.shape[0]):
+        z_sq += z[i] * z[i]
+    return math.sqrt(z_sq) <= farthest * largest

@@ -1,24 +1,28 @@
-"""Zones: which impacts are of one, their rows in scaled variables, and the small ones solved.
+"""Group impacts that share an unpinned vertex, and choose zones, on a GPU.
 
-Impacts that share an unpinned vertex, directly or through others, get one number. Each vertex
-begins with its own, and the least one at an impact is handed to the roots of its vertices until
-nothing changes: what is left is the least vertex of each zone, whatever the order of threads was.
+Impacts that share an unpinned vertex, directly or through other impacts, get one label. Each vertex
+starts with its own number as its label. The least label at an impact goes to the roots of its
+vertices, again and again until nothing changes. Then the label of a vertex is the least vertex of
+its zone, in whatever order the threads ran.
 """
 
 from numba import cuda
 
+from izo_ref.base.arrays import Flags, Indices, Nodes, Offsets
 from izo_ref.base.cuda.compile import cuda_kernel
+from izo_ref.base.serial.search import block_of
 
 
 @cuda_kernel
 def join_labels(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    pinned,  # (n_vertices,) b1
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
     # Out:
-    labels_out,  # (n_vertices,) i8, a vertex of the same zone, not above the own number
-    changed_out,  # (1,) i8, not 0 if one did
+    labels_out: Indices,  # (n_vertices,) i8, a vertex of the same zone, at most the own number
+    changed_out: Indices,  # (1,) i8, becomes 1 if a label changed
 ):
+    """Give the least label at each impact to all of its unpinned vertices and to their roots."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         least = labels_out.shape[0]
@@ -37,10 +41,11 @@ def join_labels(
 @cuda_kernel
 def shorten_labels(
     # In:
-    labels,  # (n_vertices,) i8
+    labels: Indices,  # (n_vertices,) i8
     # Out:
-    labels_out,  # (n_vertices,) i8, the end of the way from label to label
+    labels_out: Indices,  # (n_vertices,) i8
 ):
+    """Replace each label by the last one on the way from label to label."""
     v = cuda.grid(1)
     if v < labels.shape[0]:
         label = labels[v]
@@ -52,13 +57,14 @@ def shorten_labels(
 @cuda_kernel
 def label_impacts(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    pinned,  # (n_vertices,) b1
-    labels,  # (n_vertices,) i8
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    labels: Indices,  # (n_vertices,) i8
     # Out:
-    components_out,  # (n_impacts,) i8, the smallest unpinned vertex joined, -1 if all pinned
-    joined_out,  # (n_vertices,) b1, true for unpinned ones of impacts
+    components_out: Indices,  # (n_impacts,) i8, least vertex of the zone; -1 if all are pinned
+    joined_out: Flags,  # (n_vertices,) b1, becomes true for the unpinned vertices of impacts
 ):
+    """Give each impact the label of its unpinned vertices, and mark these vertices."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         components_out[j] = -1
@@ -71,22 +77,64 @@ def label_impacts(
 @cuda_kernel
 def flag_grouped(
     # In:
-    components,  # (n_impacts,) i8
+    components: Indices,  # (n_impacts,) i8
     # Out:
-    free_out,  # (n_impacts,) b1, has a component
+    grouped_out: Flags,  # (n_impacts,) b1
 ):
+    """Mark the impacts that belong to a zone."""
     j = cuda.grid(1)
     if j < components.shape[0]:
-        free_out[j] = components[j] >= 0
+        grouped_out[j] = components[j] >= 0
 
 
 @cuda_kernel
 def flag_first(
     # In:
-    keys,  # (n,) i8, ascending
+    keys: Indices,  # (n,) i8, ascending
     # Out:
-    first_out,  # (n + 1,) b1, not the same as before; and behind the last
+    first_out: Flags,  # (n + 1,) b1
 ):
+    """Mark where a key differs from the one before it, and the end of the keys."""
     i = cuda.grid(1)
     if i <= keys.shape[0]:
         first_out[i] = i == 0 or i == keys.shape[0] or keys[i] != keys[i - 1]
+
+
+@cuda_kernel
+def find_blocks(
+    # In:
+    offsets: Offsets,  # (n_blocks + 1,) i8, where each block begins, and the end
+    # Out:
+    blocks_out: Indices,  # (offsets[n_blocks],) i8
+):
+    """Find the block that each entry is in."""
+    i = cuda.grid(1)
+    if i < blocks_out.shape[0]:
+        blocks_out[i] = block_of(i, offsets)
+
+
+@cuda_kernel
+def flag_members(
+    # In:
+    block_of_each: Indices,  # (n,) i8
+    chosen: Flags,  # (n_blocks,) b1
+    # Out:
+    members_out: Flags,  # (n,) b1
+):
+    """Mark the entries whose block is chosen."""
+    i = cuda.grid(1)
+    if i < block_of_each.shape[0]:
+        members_out[i] = chosen[block_of_each[i]]
+
+
+@cuda_kernel
+def count_members(
+    # In:
+    offsets: Offsets,  # (n_blocks + 1,) i8, where each block begins, and the end
+    # Out:
+    sizes_out: Indices,  # (n_blocks,) i8
+):
+    """Count the entries of each block."""
+    i = cuda.grid(1)
+    if i < sizes_out.shape[0]:
+        sizes_out[i] = offsets[i + 1] - offsets[i]

@@ -1,12 +1,14 @@
-"""Which of the impacts found enter the zones, in rounds of all at once.
+"""Select which of the impacts found enter the zones, in rounds over all impacts at once.
 
-In each round the impacts that are first of those left at all of their free vertices are taken,
-and those that share a vertex with one taken are dropped: the ones that `zones/serial/selection.py`
-takes one by one. Vertices are claimed by integer minima, so the order of threads does not matter.
+Each round takes every impact that is the earliest undecided one at all of its unpinned vertices,
+and drops the impacts that share an unpinned vertex with an impact that was taken. The result is the
+same as in `zones/serial/selection.py`, which takes one impact after the other. Vertices are claimed
+by integer minima, so the order in which the threads run does not matter.
 """
 
 from numba import cuda
 
+from izo_ref.base.arrays import Codes, Flags, Indices, Nodes
 from izo_ref.base.cuda.compile import cuda_kernel
 
 UNDECIDED, TAKEN, DROPPED = 0, 1, 2
@@ -15,10 +17,11 @@ UNDECIDED, TAKEN, DROPPED = 0, 1, 2
 @cuda_kernel
 def rank_impacts(
     # In:
-    order,  # (n_impacts,) i8, by time of impact
+    order: Indices,  # (n_impacts,) i8, impacts by time of impact
     # Out:
-    ranks_out,  # (n_impacts,) i8
+    ranks_out: Indices,  # (n_impacts,) i8
 ):
+    """Write the rank of each impact, its place in the order of times."""
     i = cuda.grid(1)
     if i < order.shape[0]:
         ranks_out[order[i]] = i
@@ -27,13 +30,14 @@ def rank_impacts(
 @cuda_kernel
 def claim_vertices(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    pinned,  # (n_vertices,) b1
-    ranks,  # (n_impacts,) i8
-    states,  # (n_impacts,) i1
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    ranks: Indices,  # (n_impacts,) i8
+    states: Codes,  # (n_impacts,) i1
     # Out:
-    owners_out,  # (n_vertices,) i8, the lowest rank of the undecided at each; n_impacts before
+    owners_out: Indices,  # (n_vertices,) i8, n_impacts before, and where no impact is undecided
 ):
+    """Write the lowest rank of the undecided impacts at each unpinned vertex."""
     j = cuda.grid(1)
     if j < nodes.shape[0] and states[j] == UNDECIDED:
         for k in range(4):
@@ -44,23 +48,24 @@ def claim_vertices(
 @cuda_kernel
 def take_owners(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    pinned,  # (n_vertices,) b1
-    ranks,  # (n_impacts,) i8
-    owners,  # (n_vertices,) i8
-    all_new,  # b1: each free vertex has to be its own (`independent`), or one (`first-of-any`)
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    ranks: Indices,  # (n_impacts,) i8
+    owners: Indices,  # (n_vertices,) i8
+    all_new: bool,  # b1, whether it has to own every unpinned vertex (`independent`), not only one
     # Out:
-    states_out,  # (n_impacts,) i1
-    seen_out,  # (n_vertices,) b1, those of impacts taken
+    states_out: Codes,  # (n_impacts,) i1
+    seen_out: Flags,  # (n_vertices,) b1, becomes true for the vertices of impacts that are taken
 ):
+    """Take the undecided impacts that own their unpinned vertices."""
     j = cuda.grid(1)
     if j < nodes.shape[0] and states_out[j] == UNDECIDED:
-        n_free, n_own = 0, 0
+        n_unpinned, n_own = 0, 0
         for k in range(4):
             if not pinned[nodes[j, k]]:
-                n_free += 1
+                n_unpinned += 1
                 n_own += owners[nodes[j, k]] == ranks[j]
-        if (n_own == n_free) if all_new else (n_own > 0):
+        if (n_own == n_unpinned) if all_new else (n_own > 0):
             states_out[j] = TAKEN
             for k in range(4):
                 seen_out[nodes[j, k]] = True
@@ -69,13 +74,14 @@ def take_owners(
 @cuda_kernel
 def drop_others(
     # In:
-    nodes,  # (n_impacts, 4) i4
-    pinned,  # (n_vertices,) b1
-    seen,  # (n_vertices,) b1
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    seen: Flags,  # (n_vertices,) b1
     # Out:
-    states_out,  # (n_impacts,) i1
-    undecided_out,  # (n_impacts,) b1
+    states_out: Codes,  # (n_impacts,) i1
+    undecided_out: Flags,  # (n_impacts,) b1
 ):
+    """Drop the undecided impacts at an unpinned vertex that was seen, and mark the others."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         for k in range(4):
@@ -87,10 +93,11 @@ def drop_others(
 @cuda_kernel
 def flag_taken(
     # In:
-    states,  # (n_impacts,) i1
+    states: Codes,  # (n_impacts,) i1
     # Out:
-    taken_out,  # (n_impacts,) b1
+    taken_out: Flags,  # (n_impacts,) b1
 ):
+    """Mark the impacts that were taken."""
     j = cuda.grid(1)
     if j < states.shape[0]:
         taken_out[j] = states[j] == TAKEN

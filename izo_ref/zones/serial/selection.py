@@ -1,33 +1,34 @@
-"""Which of the impacts found enter the zones: one pass in the order of their times."""
+"""Select which of the impacts found enter the zones: one pass in the order of their times."""
 
+from izo_ref.base.arrays import Flags, Indices, Nodes, Weights
 from izo_ref.base.compile import compiled
 
 
 @compiled
 def select_in_order(
-    order,  # (n_impacts,) i8, by time of impact
-    nodes,  # (n_impacts, 4) i4
-    pinned,  # (n_vertices,) b1
-    all_new,  # b1: every free vertex has to be new (`independent`), or one (`first-of-any`)
-    seen,  # (n_vertices,) b1, work space, all false
-    selected_out,  # (n_impacts,) b1
-):
-    """Take an impact if its free vertices were not seen before, then mark them as seen.
+    order: Indices,  # (n_impacts,) i8, impacts by time of impact
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    all_new: bool,  # b1, whether every unpinned vertex has to be new (`independent`), or only one
+    seen: Flags,  # (n_vertices,) b1, work space, all false
+    selected_out: Flags,  # (n_impacts,) b1
+) -> None:
+    """Select an impact if its unpinned vertices were not seen before, then mark them as seen.
 
-    With `all_new`, vertices of an impact that was not taken stay unseen: an impact then
-    waits only for those that are really there.
+    With `all_new`, the vertices of an impact that is not selected stay unseen: an impact has to
+    wait only for impacts that were selected.
     """
     for i in range(len(order)):
         j = order[i]
-        n_free = 0
+        n_unpinned = 0
         n_new = 0
         for k in range(4):
             if not pinned[nodes[j, k]]:
-                n_free += 1
+                n_unpinned += 1
                 if not seen[nodes[j, k]]:
                     n_new += 1
         if all_new:
-            selected_out[j] = n_new == n_free
+            selected_out[j] = n_new == n_unpinned
         else:
             selected_out[j] = n_new > 0
         if selected_out[j] or not all_new:
@@ -35,14 +36,21 @@ def select_in_order(
                 seen[nodes[j, k]] = True
 
 
-# An impact whose free vertices have less weight than this in all is between pinned points:
-# a free vertex would have to move a billion times as far as the gap is to open.
+# If the unpinned vertices of an impact have less absolute weight than this in all, the impact is
+# between pinned points: an unpinned vertex would have to move a billion times the gap to open it.
 NO_WEIGHT = 1e-9
 
 
 @compiled
-def is_prescribed(j, nodes, weights, pinned):
-    """Whether impact j, of nodes and weights (n_impacts, 4), is between pinned points."""
+def is_prescribed(j: int, nodes: Nodes, weights: Weights, pinned: Flags) -> bool:
+    """Return whether impact j is between pinned points.
+
+    Args:
+        j: Index of the impact.
+        nodes: (n_impacts, 4) i4.
+        weights: (n_impacts, 4) f8.
+        pinned: (n_vertices,) b1.
+    """
     weight = 0.0
     for k in range(4):
         if not pinned[nodes[j, k]]:
@@ -51,7 +59,12 @@ def is_prescribed(j, nodes, weights, pinned):
 
 
 @compiled
-def prescribed_impacts(nodes, weights, pinned, prescribed_out):
-    """Which impacts are between pinned points: (n_impacts,) b1."""
+def prescribed_impacts(
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    pinned: Flags,  # (n_vertices,) b1
+    prescribed_out: Flags,  # (n_impacts,) b1
+) -> None:
+    """Mark the impacts that are between pinned points."""
     for j in range(nodes.shape[0]):
         prescribed_out[j] = is_prescribed(j, nodes, weights, pinned)

@@ -1,1 +1,1 @@
-"""Descent directions of the augmented Lagrangian, one a file."""
+"""Descent directions of the augmented Lagrangian, one in each file."""

@@ -1,20 +1,28 @@
 """Limited-memory BFGS by the two-loop recursion.
 
-`zone.memory` holds `PAIRS` steps s, as many changes y of the gradient, and for each pair
-1 / (s . y) and the coefficient of the recursion.
+The direction is p = -H g, with g the gradient of L. H approximates the inverse of the Hessian by
+the last `PAIRS` pairs of a step s and the change y of the gradient over that step.
+
+`zone.memory` holds `PAIRS` steps s, as many changes y, and then 1 / (s . y) of each pair and the
+coefficient alpha of each pair in the recursion. Pair number i is in slot i % PAIRS.
 
 Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 7.4, eq. 7.20.
 """
 
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import group_sum, group_sums
+from izo_ref.solvers.serial.lagrangian import Zone
 
 PAIRS = 8  # 3 to 20 are usual (Nocedal and Wright, section 7.2)
 
 
 @compiled
-def remember_pair(zone, stored, rounding):
-    """Store s and y, held by `direction` and `previous`, if s . y > 0; the number stored."""
+def remember_pair(zone: Zone, stored: int, rounding: float) -> int:
+    """Store the pair s, y if s . y > 0 beyond rounding, and return how many pairs were stored.
+
+    `zone.direction` holds s and `zone.previous` holds y. `stored` counts the pairs so far, those
+    that were overwritten since included.
+    """
     n, slot, group = zone.x.size, stored % PAIRS, zone.group
     product, s_sq, y_sq = 0.0, 0.0, 0.0
     for i in range(group.rank(), n, group.size()):
@@ -23,10 +31,10 @@ def remember_pair(zone, stored, rounding):
         s_sq += s * s
         y_sq += y * y
     product, s_sq, y_sq = group_sums(group, product, s_sq, y_sq)
-    # y is a difference of gradients: below this it is rounding, and so is its direction
+    # y is a difference of gradients: if s . y is below this, it is rounding
     if not product > rounding * (s_sq * y_sq) ** 0.5:
         return stored
-    # only now: the slot may hold the oldest pair in use
+    # the slot may hold the oldest pair in use, so it is overwritten only now
     for i in range(group.rank(), n, group.size()):
         zone.memory[slot * n + i] = zone.direction[i]
         zone.memory[(PAIRS + slot) * n + i] = zone.previous[i]
@@ -35,8 +43,11 @@ def remember_pair(zone, stored, rounding):
 
 
 @compiled
-def lbfgs_direction(zone, stored):
-    """p = -H g with H from the pairs stored; -g if there are none."""
+def lbfgs_direction(zone: Zone, stored: int) -> None:
+    """Compute p = -H g with H from the stored pairs, or p = -g if there are none.
+
+    `zone.previous` holds g afterwards.
+    """
     n, memory, p, group = zone.x.size, zone.memory, zone.direction, zone.group
     rho, alpha = 2 * PAIRS * n, 2 * PAIRS * n + PAIRS
     for i in range(group.rank(), n, group.size()):

@@ -1,25 +1,29 @@
-"""Semismooth Newton: H p = -g with H = diag(w) + mu sum_active a a^T.
+"""Semismooth Newton method: H p = -g with the generalised Hessian H of L.
 
-Solved by conjugate gradients without a matrix, so the size of a zone does not matter and
-neither does the target. From p = 0 every iterate is a direction of descent, so an inexact
-solve is safe. They are preconditioned with w: what is left is the identity and as many other
-eigenvalues as rows are active, which the diagonal of H would spread.
+H = diag(w) + mu sum_active A_j A_j^T and g is the gradient (`solvers/serial/lagrangian.py`).
+Conjugate gradients solve the system without forming H, so that neither the size of a zone nor the
+kind of machine matters. They begin at p = 0, and every iterate is then a direction of descent, so
+the system need not be solved accurately.
 
-Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 7.1; L. Qi, J. Sun,
-A nonsmooth version of Newton's method (1993).
+The preconditioner is w. It leaves the identity plus one term for each active constraint, so there
+are at most as many other eigenvalues as active constraints. The diagonal of H would spread them.
+
+Source: J. Nocedal, S. Wright, Numerical Optimization (2006), algorithm 7.1; L. Qi, J. Sun, A
+nonsmooth version of Newton's method (1993).
 """
 
+from izo_ref.base.arrays import AnyFloat, AnyInt
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import group_sum
-from izo_ref.solvers.serial.lagrangian import gathered
+from izo_ref.solvers.serial.lagrangian import Zone, gather_at_vertex
 
 
 @compiled
-def multiply(zone, mu, at, to):
-    """H v, with v from `memory[at]` on and the product from `memory[to]` on.
+def multiply_by_hessian(zone: Zone, mu: AnyFloat, at: int, to: int) -> None:
+    """Compute H v, with v from `memory[at]` on and the product from `memory[to]` on.
 
-    `zone.along` then holds A v, 0 for rows that are not active. All may read v, and all then may
-    read the product.
+    Afterwards `zone.along` holds A v, with 0 for inactive constraints. On entry all threads must
+    have written their numbers of v. Afterwards every thread may read the whole product.
     """
     memory, group = zone.memory, zone.group
     for j in range(group.rank(), zone.pushed.size, group.size()):
@@ -33,7 +37,7 @@ def multiply(zone, mu, at, to):
         zone.along[j] = along
     group.wait()
     for vertex in range(group.rank(), zone.x.size // 3, group.size()):
-        pulls, i = gathered(zone, vertex, mu, zone.along), 3 * vertex
+        pulls, i = gather_at_vertex(zone, vertex, mu, zone.along), 3 * vertex
         memory[to + i] = zone.curvatures[i] * memory[at + i] + pulls[0]
         memory[to + i + 1] = zone.curvatures[i + 1] * memory[at + i + 1] + pulls[1]
         memory[to + i + 2] = zone.curvatures[i + 2] * memory[at + i + 2] + pulls[2]
@@ -41,14 +45,17 @@ def multiply(zone, mu, at, to):
 
 
 @compiled
-def newton_direction(zone, penalty, tolerance, limit):
-    """Solve until the residual, in the norm of 1 / w, fell by `tolerance`.
+def newton_direction(zone: Zone, penalty: float, tolerance: float, limit: AnyInt) -> AnyInt:
+    """Compute p with H p = -g, until the residual has fallen by the factor `tolerance`.
 
-    Returns the number of products with H.
+    The residual is measured in the norm of 1 / w. At most `limit` products with H are computed.
+
+    Returns:
+        The number of products with H.
     """
     n, memory, p, group = zone.x.size, zone.memory, zone.direction, zone.group
     mu = p.dtype.type(penalty)
-    # memory: residual r in [0, n), search direction d in [n, 2 n), H d in [2 n, 3 n)
+    # memory: the residual r in [0, n), the search direction d in [n, 2 n), H d in [2 n, 3 n)
     norm = 0.0
     for i in range(group.rank(), n, group.size()):
         p[i] = 0
@@ -60,7 +67,7 @@ def newton_direction(zone, penalty, tolerance, limit):
     for product in range(limit):
         if not norm > goal:
             return product
-        multiply(zone, mu, n, 2 * n)
+        multiply_by_hessian(zone, mu, n, 2 * n)
         curvature = 0.0
         for i in range(group.rank(), n, group.size()):
             curvature += memory[n + i] * memory[2 * n + i]

@@ -1,0 +1,39 @@
+"""What was tried for speed, and what came of it: the last section of the page of speed."""
+
+NOTES = """## What was tried
+
+These changes helped and are in use:
+
+* A block of queries goes down the tree as one box, and then each query is compared with the leaves
+  of a block. That is 1.6 times as fast as one query at a time. Writing the comparison of eight
+  boxes where it is used made it 1.5 times faster again, because a call took longer than the
+  comparison.
+* Large zones start from their last solution (`solvers/pivoting.py`). Solving then takes 0.55 of the
+  time on armadillo-rollers, 0.59 on stack-6k, 0.63 on sheets-50k and 0.85 on sheets-10k (once each,
+  one thread). It gains nothing on cloth-ball-clean: in a fifth of its zones one constraint of ten
+  is redundant, and some constraints enter and leave the active set for ever. The failed attempts
+  cost as much time there as the others save.
+
+These changes did not help:
+
+* Against those failed attempts: values of rho from 1e-4 to 1e-10 (49, 30 and 48 of 191 zones given
+  up, least at 1e-9); first all constraints with a negative multiplier leave, then all that are
+  missing enter (46 given up); only the worse half of them changes (32 given up, but each step takes
+  longer); a projected Newton method with a line search for descent, from the start or from the
+  point where the wrong constraints stop getting fewer (more than 100 given up).
+* The four diagonals of the cube as further directions save at most 5 % of the proofs' time, and
+  only on cloth-ball-clean.
+* A test without branches for shared vertices gains nothing; neither does `forceinline` for the
+  small vectors.
+* A reach without a bound (see `FAR_REACH` in `detection/detector.py`): a vertex that is near
+  everything is then examined in each detection.
+* In the rounds with new normals, the impacts that did not hold were kept as they were, or with new
+  normals. There are fewer iterations and larger zones, but armadillo-rollers takes 1.4 and 1.16
+  times as long; the other steps stay within 10 %. The objective of armadillo-rollers is 12 % and
+  1 % lower; elsewhere it is the same to 0.1 %.
+* Further directions for pairs whose proof takes two steps (a quarter of a detection's time): the
+  directions between the middles of the sides, or between the closest points at half time, settle
+  10 to 25 % of those pairs.
+* Compiling the helpers of a kernel at -O0 or -O1 takes 73 and 65 s instead of 63 s, because more
+  work is left to the kernel.
+"""
