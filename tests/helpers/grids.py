@@ -37,6 +37,7 @@ def blocks_together(function):
                 raise launch["failed"][0]
 
     def attempt(*arguments):
+        """Run one block, keep its error, and release the others."""
         try:
             run_block(*arguments)
         except Exception as error:

@@ -28,6 +28,7 @@ def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
     starts = problem.thickness - rows @ problem.proposed.ravel()
 
     def unknowns(values, last):
+        """Append the three numbers of the vertex that stands for all pinned ones."""
         return np.append(np.ravel(values), [last] * 3).astype(dtype)
 
     moved = unknowns(x, 0.0)

@@ -117,13 +117,13 @@ def with_threads(n, scene, *args):
         numba.set_num_threads(before)
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor")
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
 def test_same_bits_with_one_thread_and_with_two(rng):
     scene = two_sheets(rng, 14)
     same_bits(with_threads(1, scene, 1e-3), with_threads(2, scene, 1e-3))
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor")
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
 @pytest.mark.parametrize("name", ["stack", pytest.param("stack-6k", marks=pytest.mark.data)])
 def test_same_bits_with_one_thread_and_with_two_on_a_stored_step(name):
     scene = load_step(name)

@@ -6,6 +6,7 @@ L = np.longdouble
 
 
 def _point_segment(p, a, b):
+    """Return the vector from p to the closest point of the segment a b."""
     d = b - a
     length_sq = d @ d
     s = L(0) if length_sq == 0 else np.clip((p - a) @ d / length_sq, L(0), L(1))
@@ -13,6 +14,7 @@ def _point_segment(p, a, b):
 
 
 def _point_plane(p, a, b, c):
+    """Return the vector from p to its foot in the plane, or None if that is not in the face."""
     n = np.cross(b - a, c - a)
     if n @ n == 0:
         return None
@@ -22,6 +24,7 @@ def _point_plane(p, a, b, c):
 
 
 def _line_line(a, b, c, d):
+    """Return the vector between two lines, or None if it does not join points of the edges."""
     u, v = b - a, d - c
     n = np.cross(u, v)
     if n @ n == 0:

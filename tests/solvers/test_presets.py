@@ -24,10 +24,12 @@ def by_hand(name, zone, steps):
 @pytest.mark.parametrize(("steps", "atol"), [(1, 1e-14), (2, 1e-14), (5, 1e-9), (13, 1e-6)])
 @pytest.mark.parametrize("name", PRESETS)
 def test_presets_take_the_steps_of_their_literal_versions(rng, name, steps, atol):
-    """13 steps see the multipliers of a second inner solve, and Chebyshev's omega change.
+    """13 steps include the multipliers of a second inner solve, and a change of Chebyshev's omega.
 
-    Conjugate gradients on L, which mu = 1e3 makes stiff, amplify rounding a
-    thousandfold in a step.
+    mu = 1e3 makes L stiff, so conjugate gradients amplify rounding a thousandfold in each step.
+    Over 60 other draws of these zones, icloth and xrtailor are always within `atol`. arcsim
+    needs an `rtol` of at most 1.1e-11 after one and two steps; after 5 steps, 4 of the 60 draws
+    are off by up to 7e-6, and after 13 steps one is off by 5e-6.
     """
     moved = 0
     for n in (1, 4, 20):
@@ -36,7 +38,7 @@ def test_presets_take_the_steps_of_their_literal_versions(rng, name, steps, atol
             found = izo_ref.solve_zone(zone, preset=name, max_steps=steps)
             expected = by_hand(name, zone, steps)
             moved += found.iterations == steps
-            np.testing.assert_allclose(found.positions, expected, atol=atol)
+            np.testing.assert_allclose(found.positions, expected, rtol=1e-10, atol=atol)
     assert moved >= 2
 
 
@@ -55,8 +57,8 @@ def test_presets_report_that_they_have_not_converged(name):
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_a_preset_overrides_the_options_that_it_fixes(name):
-    zone = random_problem(np.random.default_rng(3), 8)
+def test_a_preset_overrides_the_options_that_it_fixes(rng, name):
+    zone = random_problem(rng, 8)
     own = izo_ref.solve_zone(zone, preset=name, max_steps=20)
     same = izo_ref.solve_zone(
         zone,

@@ -51,17 +51,16 @@ def test_sweeps_converge_to_the_optimum(rng, method, n):
         assert np.abs(found.displacements - exact.displacements).max() <= 1e-3 * scale
 
 
-def test_acceleration_saves_sweeps_on_a_large_zone():
-    steps = {}
+def test_acceleration_saves_sweeps_on_a_large_zone(rng):
+    zone, steps = random_zone(rng, 200, 1e3), {}
     for method in SWEEPS:
-        zone = random_zone(np.random.default_rng(3), 200, 1e3)
         steps[method] = izo_ref.solve_zone(zone, method, tolerance=1e-4).iterations
-    assert steps["apgs"] < 0.7 * steps["pgs"]
+    assert steps["apgs"] < 0.7 * steps["pgs"]  # at most 0.25 in 12 draws
 
 
 @pytest.mark.parametrize("method", SWEEPS)
-def test_a_solve_that_has_not_converged_is_reported(method):
-    zone = random_zone(np.random.default_rng(4), 64, 1e3)
+def test_a_solve_that_has_not_converged_is_reported(rng, method):
+    zone = random_zone(rng, 64, 1e3)
     found = izo_ref.solve_zone(zone, method, max_steps=3)
     assert found.iterations == 3
     assert not found.residuals.solved(1e-9, 1e-9)

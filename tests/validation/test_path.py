@@ -60,7 +60,7 @@ def shrinking(at):
 
 
 def turning(first, second):
-    """Return two edges in a plane; the tips of the first move, and the other is at rest."""
+    """Return two edges in a plane; the first has tips on x + y = 2 and -2, the second rests."""
     return edges(EDGE, [first, second], [(0, -2, 0), (0, 2, 0)])
 
 

@@ -193,6 +193,7 @@ def test_raw_slsqp_is_given_the_same_problem(rng):
 
 @pytest.fixture(scope="module")
 def relinearized_rows():
+    """Return rows of the study of relinearisation, computed once."""
     return nonlinear_rows(each=4)
 
 
