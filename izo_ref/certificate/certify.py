@@ -87,7 +87,7 @@ def certify_path(
         OptionError: `device` has another value.
         DeviceUnavailableError: A GPU is asked for, and none can be used.
 
-    Source: SPEC section 8.
+    Source: docs/method section 8.
     """
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)

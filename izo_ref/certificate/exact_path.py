@@ -23,7 +23,7 @@ interval is halved. If the polynomial is zero at the time, this never ends. So `
 that case once the interval is narrow: the polynomial is zero at the time if and only if its
 greatest common divisor with the polynomial of the time has a root in the interval.
 
-Source: SPEC section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Real Algebraic Geometry
+Source: docs/method section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Real Algebraic Geometry
 (2006), 2.2 and 10.
 """
 

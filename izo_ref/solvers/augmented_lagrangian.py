@@ -73,7 +73,7 @@ def descend(
         trace: Whether to record the objective and the violation of the first zone.
         solve: Runs the kernel of the CPU or the kernels of a GPU.
 
-    Source: XRTailor documentation, "Impact Zone Optimization"; SPEC sections 3 and 4.
+    Source: XRTailor documentation, "Impact Zone Optimization"; docs/method sections 3 and 4.
     """
     n_zones = len(system.impact_offsets) - 1
     preset = preset_of(options)

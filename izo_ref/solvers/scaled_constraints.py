@@ -1,4 +1,4 @@
-"""The constraints of zones in scaled variables, without units (SPEC section 5).
+"""The constraints of zones in scaled variables, without units (docs/method section 5).
 
 The unknowns are z_i = sqrt(m_i) (x_i - y_i), with x the end positions and y the proposed ones. Each
 constraint is divided by the length of its row, so that the constraints are C z >= s with rows of

@@ -281,7 +281,7 @@ def solve_zone(
         OptionError: An option has a value that is not offered.
         DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
 
-    Source: SPEC sections 3 to 5.
+    Source: docs/method sections 3 to 5.
     """
     options = Options(
         method=method,

@@ -45,7 +45,7 @@ def choose_variables(
 
 
 def _scaled_variables(system: ZoneSystem, constraints: ScaledConstraints) -> Variables:
-    """Return the scaled variables of SPEC section 5, each zone in units of its largest rhs.
+    """Return the scaled variables of docs/method section 5, each zone in units of its largest rhs.
 
     In these variables every tolerance is relative.
     """
@@ -68,7 +68,7 @@ def _scaled_variables(system: ZoneSystem, constraints: ScaledConstraints) -> Var
 def _preset_variables(
     system: ZoneSystem, constraints: ScaledConstraints, preset: Preset
 ) -> Variables:
-    """Return displacements in metres, with the objective of a preset (SPEC section 4).
+    """Return displacements in metres, with the objective of a preset (docs/method section 4).
 
     w_i is the mass m_i times a factor, which the preset's objective defines for each zone.
     """

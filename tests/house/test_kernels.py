@@ -32,7 +32,7 @@ def kernels():
 @pytest.mark.parametrize(("source", "node"), list(kernels()))
 def test_kernels_state_their_contract(source, node):
     names = [argument.arg for argument in node.args.args]
-    signature = source[: source.index("\n):")]
+    signature = source[: source.index("\n) -> None:")]
     inputs, marked, outputs = signature.partition("# Out:")
     assert "# In:" in inputs, "inputs come first"
     assert marked, "then outputs"
@@ -72,7 +72,7 @@ def test_twins_have_the_same_contract():
     def contracts(target):
         """Return {(file, name): parameters and comments} of all kernels."""
         return {
-            (file, node.name): source[: source.index("\n):")].split("\n", 1)[1]
+            (file, node.name): source[: source.index("\n) -> None:")].split("\n", 1)[1]
             for file, source, node in kernels_of(target)
         }
 

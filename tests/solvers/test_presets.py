@@ -1,4 +1,4 @@
-"""Presets against literal versions, and the parameters in the table of SPEC section 4."""
+"""Presets against literal versions, and the parameters in the table of docs/method section 4."""
 
 import numpy as np
 import pytest

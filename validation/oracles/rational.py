@@ -18,7 +18,7 @@ mathematics, and the answer does not depend on the set from which the method beg
 Limits: rationals grow with the number of active constraints. `judge_zones.py` asks for zones of up
 to 64 impacts, which take 0.3 s at most.
 
-Source: SPEC section 5; D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983).
+Source: docs/method section 5; D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983).
 """
 
 import math

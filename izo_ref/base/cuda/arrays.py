@@ -41,7 +41,7 @@ def scan_tiles(
     # Out:
     starts_out: Offsets,  # (n + 1,) i8, sum of the values before each in its tile; 0 at first
     totals_out: Indices,  # (n_tiles,) i8, sum of each tile
-):
+) -> None:
     """Sum the values before each value, tile by tile."""
     k, own = cuda.threadIdx.x, numba.int64(0)
     begin = cuda.blockIdx.x * TILE + k * ITEMS
@@ -66,7 +66,7 @@ def choose_in_tile(
     # Out:
     index_out: Indices,  # (>= n_chosen,) i8, where the flags are true, ascending
     count_out: Indices,  # (1,) i8, n_chosen
-):
+) -> None:
     """Find and count the true flags of one tile."""
     k, own = cuda.threadIdx.x, numba.int64(0)
     begin, end = k * ITEMS, min((k + 1) * ITEMS, flags.shape[0])
@@ -88,7 +88,7 @@ def add_tiles(
     before: Offsets,  # (n_tiles + 1,) i8, sum of the tiles before each
     # Out:
     starts_out: Offsets,  # (n + 1,) i8, of `scan_tiles`; becomes the sum of all values before each
-):
+) -> None:
     """Add the sum of the tiles before to the sums within each tile."""
     i = cuda.grid(1)
     if i < starts_out.shape[0] - 1:
@@ -101,7 +101,7 @@ def gather_chosen(
     starts: Offsets,  # (n + 1,) i8, how many values before each are chosen
     # Out:
     index_out: Indices,  # (n_chosen,) i8, ascending
-):
+) -> None:
     """Write the indices of the chosen values."""
     i = cuda.grid(1)
     if i < starts.shape[0] - 1 and starts[i + 1] > starts[i]:
@@ -132,7 +132,7 @@ def sort_tiles(
     # Out:
     keys_out: Indices,  # (n,) i8, each tile sorted; equal keys keep their order
     places_out: Indices,  # (n,) i8, where each key was
-):
+) -> None:
     """Sort each tile by merging its runs in shared memory."""
     begin, k = cuda.blockIdx.x * TILE, cuda.threadIdx.x
     n = min(keys.shape[0] - begin, TILE)
@@ -162,7 +162,7 @@ def merge_runs(
     # Out:
     keys_out: Indices,  # (n,) i8, sorted in runs twice as long; equal keys keep their order
     places_out: Indices,  # (n,) i8, moved with the keys
-):
+) -> None:
     """Merge each sorted run with the next."""
     i = cuda.grid(1)
     if i < keys.shape[0]:
@@ -177,7 +177,7 @@ def take_rows(
     index: Indices,  # (m,) i8
     # Out:
     rows_out: AnyArray,  # (m, k) i4 or f8 or i8 or b1 or i1
-):
+) -> None:
     """Copy the rows of an index."""
     i = cuda.grid(1)
     if i < index.shape[0]:
@@ -191,7 +191,7 @@ def count_up(
     first: int,  # i8
     # Out:
     numbers_out: Indices,  # (n,) i8
-):
+) -> None:
     """Write first, first + 1, ..."""
     i = cuda.grid(1)
     if i < numbers_out.shape[0]:
@@ -204,7 +204,7 @@ def fill(
     value: Any,  # f8 or f4 or i8 or b1 or i1
     # Out:
     values_out: AnyArray,  # (n,) f8 or f4 or i8 or b1 or i1
-):
+) -> None:
     """Write one value everywhere."""
     i = cuda.grid(1)
     if i < values_out.shape[0]:
@@ -227,7 +227,7 @@ def reduce_tiles(
     operation: int,  # i8, SUM, LARGEST or LEAST
     # Out:
     results_out: AnyArray,  # (n_tiles,) i8 or f8
-):
+) -> None:
     """Combine the values of one column, tile by tile."""
     begin, k = cuda.blockIdx.x * TILE, cuda.threadIdx.x
     n_values = min(values.shape[0] - begin, TILE)

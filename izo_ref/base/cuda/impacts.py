@@ -21,7 +21,7 @@ def take_impacts(
     toi_out: Times,  # (m,) f8
     weights_out: Weights,  # (m, 4) f8
     normals_out: Normals,  # (m, 3) f8
-):
+) -> None:
     """Copy the impacts of an index."""
     i = cuda.grid(1)
     if i < index.shape[0]:

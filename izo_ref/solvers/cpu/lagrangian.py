@@ -41,7 +41,7 @@ def solve_lagrangian(
     impact_work_out: AnyFloats,  # (3, n_impacts) f8 or f4, work space
     memory_out: AnyFloats,  # (n_memory,) f8 or f4, work space
     states_out: Floats,  # (n, n_threads, 9) f8, zeros, work space of each thread of a zone
-):
+) -> None:
     """Solve zones, one thread a zone."""
     for number in prange(zones.shape[0]):
         minimise_zone(

@@ -1,6 +1,6 @@
 """Dual active-set method for one small zone, on an orthonormal basis of its active constraints.
 
-In scaled variables (SPEC section 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with
+In scaled variables (docs/method section 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with
 constraints of unit length. The method keeps a set W of active constraints, which hold with
 equality. With C_W = L Q, L lower triangular and Q orthonormal (`active_basis.py`), their
 multipliers u solve L L^T u = s_W, and z = C_W^T u.

@@ -1,7 +1,7 @@
 """Block principal pivoting for one zone: the fast method for constraints far from dependent.
 
-In scaled variables (SPEC section 5) the multipliers u of a zone solve a linear complementarity
-problem: u >= 0, K u >= s, and u_j = 0 wherever (K u)_j > s_j. Here K = C C^T is the Gram matrix of
+In scaled variables (docs/method section 5) the multipliers u of a zone solve a linear
+complementarity problem: u >= 0, K u >= s, and u_j = 0 wherever (K u)_j > s_j. Here K = C C^T is the Gram matrix of
 constraints of unit length. The method looks for the set F of active constraints:
 
     1. A few sweeps of Gauss-Seidel guess F.
@@ -16,8 +16,8 @@ rounding, with pivots far from zero. Otherwise it returns NOT_CONVERGED, and the
 (`solvers/serial/active_set.py`), which has neither weakness, takes over.
 
 Source: J. J. Judice, F. M. Pires, A block principal pivoting algorithm for large-scale strictly
-monotone linear complementarity problems (1994); for the guess, the dual of SPEC section 5, one
-multiplier after the other.
+monotone linear complementarity problems (1994); for the guess, the dual of docs/method section 5,
+one multiplier after the other.
 """
 
 import numpy as np

@@ -1,7 +1,7 @@
 """Compute with the constraints of one zone in scaled variables.
 
-SPEC section 5 measures each vertex i by z_i = sqrt(m_i) (x_i - y_i) [m kg^1/2], where y_i is its
-proposed position and m_i its mass, and scales each constraint to unit length. The zone becomes
+The method (docs/method section 5) measures each vertex i by z_i = sqrt(m_i) (x_i - y_i)
+[m kg^1/2], where y_i is its proposed position and m_i its mass, and scales each constraint to unit length. The zone becomes
 
     minimise 1/2 |z|^2   subject to   C z >= s,   with z = C^T u for multipliers u >= 0.
 
@@ -21,7 +21,7 @@ Most functions take these arrays of one zone:
 
 Sweeps (`solvers/serial/sweeps.py`) may take f4 in place of f8.
 
-Source: SPEC section 5.
+Source: docs/method section 5.
 """
 
 import math
@@ -71,7 +71,7 @@ def scale_constraint(
         s [m kg^1/2]; the length of the constraint before scaling [kg^-1/2], or 1 if it has no
         unknowns; and whether it is violated and has no unknowns.
 
-    Source: SPEC section 5.
+    Source: docs/method section 5.
     """
     length_sq = 0.0
     normal_sq = 0.0

@@ -8,8 +8,8 @@ constraints do not improve fast enough.
 The loop is written once for all methods. Integer codes choose the direction, the line search and
 the updates at run time.
 
-Source: XRTailor documentation, "Impact Zone Optimization", figure `algorithm_cpu`; SPEC sections
-3 and 4.
+Source: XRTailor documentation, "Impact Zone Optimization", figure `algorithm_cpu`;
+docs/method sections 3 and 4.
 """
 
 import math
