@@ -39,10 +39,11 @@ class Options:
 
     Attributes:
         selection: Which of the impacts found enter the zones (docs/method section 6).
-            `independent` takes impacts in the order of their times, and none that shares an unpinned vertex with one
-            taken before. `first-of-any` takes an impact if it is the earliest for at least one of
-            its unpinned vertices. `all` takes all. `independent` is the default because it ends
-            closest to the proposed positions; it takes the most iterations.
+            `independent` takes impacts in the order of their times, and none that shares an
+            unpinned vertex with one taken before. `first-of-any` takes an impact if it is the
+            earliest for at least one of its unpinned vertices. `all` takes all. `independent` is
+            the default because it ends closest to the proposed positions; it takes the most
+            iterations.
         max_iterations: Largest number of detections of the main loop before zones are scaled back.
             ARCSim allows 100; the steps on which this was developed take 2 to 50.
         relinearize: Largest number of rounds in which the active impacts get new normals and

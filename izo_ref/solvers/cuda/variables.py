@@ -22,7 +22,8 @@ from izo_ref.base.serial.search import first_not_below
 from izo_ref.base.serial.thread_group import group_maxima, group_sum
 
 # Variables of the solver: the scaled variables of docs/method section 5 in units of the zone; or
-# metres, with the objective of a system that divides by the total mass, or that takes the mean of 1 / m.
+# metres, with the objective of a system that divides by the total mass, or that takes the mean of 1
+# / m.
 SCALED, BY_TOTAL_MASS, BY_MEAN_INVERSE = range(3)
 
 

@@ -1,8 +1,8 @@
 """Block principal pivoting for one zone: the fast method for constraints far from dependent.
 
 In scaled variables (docs/method section 5) the multipliers u of a zone solve a linear
-complementarity problem: u >= 0, K u >= s, and u_j = 0 wherever (K u)_j > s_j. Here K = C C^T is the Gram matrix of
-constraints of unit length. The method looks for the set F of active constraints:
+complementarity problem: u >= 0, K u >= s, and u_j = 0 wherever (K u)_j > s_j. Here K = C C^T is the
+Gram matrix of constraints of unit length. The method looks for the set F of active constraints:
 
     1. A few sweeps of Gauss-Seidel guess F.
     2. K_FF u_F = s_F is solved, with u = 0 elsewhere.

@@ -1,7 +1,8 @@
 """Compute with the constraints of one zone in scaled variables.
 
 The method (docs/method section 5) measures each vertex i by z_i = sqrt(m_i) (x_i - y_i)
-[m kg^1/2], where y_i is its proposed position and m_i its mass, and scales each constraint to unit length. The zone becomes
+[m kg^1/2], where y_i is its proposed position and m_i its mass, and scales each constraint to unit
+length. The zone becomes
 
     minimise 1/2 |z|^2   subject to   C z >= s,   with z = C^T u for multipliers u >= 0.
 

@@ -1,7 +1,8 @@
 """Projected Gauss-Seidel on the multipliers of one zone, plain or accelerated.
 
 In scaled variables (docs/method section 5) the dual of a zone is: minimise
-1/2 |C^T u|^2 - s . u subject to u >= 0. A sweep minimises it over one multiplier after the other, and keeps z = C^T u up to date.
+1/2 |C^T u|^2 - s . u subject to u >= 0. A sweep minimises it over one multiplier after the other,
+and keeps z = C^T u up to date.
 
 The accelerated form does not begin a sweep at the last point, but a little beyond it, in the
 direction from the point before. Where the last sweep increased the dual, the next one begins at the
