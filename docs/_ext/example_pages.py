@@ -13,6 +13,7 @@ class Examples(SphinxDirective):
     """One section for each program, in the order of their names."""
 
     def run(self) -> list[nodes.Node]:
+        """Return the nodes of the sections."""
         sections = []
         for path in sorted(FOLDER.glob("*.py")):
             self.env.note_dependency(str(path))

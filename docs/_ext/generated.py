@@ -31,6 +31,7 @@ class CommandHelp(SphinxDirective):
     final_argument_whitespace = True
 
     def run(self) -> list[nodes.Node]:
+        """Return the nodes that stand for the directive."""
         words = self.arguments[0]
         name = next(name for name in COMMANDS if f"{words} ".startswith(f"{name} "))
         main = import_module(COMMANDS[name]).main
@@ -50,6 +51,7 @@ class Table(SphinxDirective):
     heading: tuple[str, ...]
 
     def run(self) -> list[nodes.Node]:
+        """Return the nodes that stand for the directive."""
         lines = [self.heading, ["---"] * len(self.heading), *self.rows()]
         container = nodes.Element()
         text = StringList([f"| {' | '.join(cells)} |" for cells in lines])
@@ -63,6 +65,7 @@ class RulesTable(Table):
     heading = ("rule", "what it leaves out")
 
     def rows(self) -> list[tuple[str, ...]]:
+        """Return the lines of the table below its heading."""
         rules = import_module("izo_ref.base.options").RULES
         return [(f"`{name}`", meaning) for name, meaning in rules.items()]
 
@@ -73,6 +76,7 @@ class ScenesTable(Table):
     heading = ("file", "what happens", "vertices", "triangles")
 
     def rows(self) -> list[tuple[str, ...]]:
+        """Return the lines of the table below its heading."""
         index = Path(__file__).parents[2] / "data" / "scenes" / "index.json"
         scenes = json.loads(index.read_text(encoding="utf-8"))
         return [

@@ -23,6 +23,7 @@ class SourceRole(SphinxRole):
     """`path` or `path:name`, with the path from the root of the repository."""
 
     def run(self) -> tuple[list[nodes.Node], list[nodes.system_message]]:
+        """Return a link to the page that shows the source."""
         path, _, name = self.text.partition(":")
         text = path.removeprefix("izo_ref/") + (f": {name}" if name else "")
         literal = nodes.literal(self.rawtext, text)

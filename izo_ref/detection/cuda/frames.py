@@ -31,7 +31,7 @@ def gather_impacts(
     """Gather the impacts among the contacts, and compute their frames."""
     i = cuda.grid(1)
     if i < index.shape[0]:
-        j = index[i]
+        j = int(index[i])
         own, is_edge_edge_out[i], toi_out[i] = row4(nodes, j), is_edge_edge[j], toi[j]
         a1, a2, a3 = relative_nodes(positions_t0, own)
         b1, b2, b3 = relative_nodes(positions_t1, own)

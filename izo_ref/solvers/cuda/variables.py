@@ -56,7 +56,7 @@ def scale_zones(
             scale = largest if largest > 0.0 else 1.0
         else:
             for i in range(first + group.rank(), first + n, group.size()):
-                inverse = inverse_sqrt_masses[vertices[i]] ** 2
+                inverse = float(inverse_sqrt_masses[vertices[i]]) ** 2
                 total += inverse if variables == BY_MEAN_INVERSE else 1.0 / inverse
             total = group_sum(group, total)
             scale = total / n if variables == BY_MEAN_INVERSE else 2.0 / total

@@ -85,7 +85,7 @@ def solve_small_zones(
     slot, n_slots = cuda.grid(1), number_starts.shape[0] - 1
     if slot < n_slots:
         for i in range(slot, zones.shape[0], n_slots):
-            zone = zones[i]
+            zone = int(zones[i])
             methods_out[zone], solved_out[zone], steps_out[zone] = solve_small_zone(
                 methods[i],
                 impact_offsets[zone],
