@@ -254,8 +254,9 @@ class GpuStep(Step):
         """
         self.n_left += len(zones)
         impacts = impacts_to_cpu(take_impacts(self.impacts, zones.impacts))
-        on_cpu = Zones._make(to_cpu(column) for column in zones)
-        local = on_cpu._replace(impacts=np.arange(len(impacts.toi)))
+        # not by `_make` or `_replace`: they ask for the number of fields, and `Zones` counts zones
+        on_cpu = Zones(*(to_cpu(column) for column in zones))
+        local = Zones(np.arange(len(impacts.toi)), *on_cpu[1:])
         every_zone = np.arange(len(zones))
         system = zone_system(self.scene, impacts, local, every_zone, self._thickness)
         by_gpu = self._options.method in LAGRANGIAN or self._options.preset is not None

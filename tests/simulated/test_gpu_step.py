@@ -99,7 +99,7 @@ def test_pinned_sheets_that_meet_are_blocked_as_on_the_cpu(rng):
 def test_auto_takes_a_gpu_for_large_scenes_alone(rng, monkeypatch, enough):
     scene = two_sheets(rng, 2)
     monkeypatch.setattr(devices, "GPU_FACES", len(scene.faces) + (not enough))
-    line = {line.part: line for line in izo_ref.plan(scene).lines}["a GPU"]
+    line = {line.stage: line for line in izo_ref.plan(scene).lines}["a GPU"]
     assert line.needed == ("all" if enough else "none")
     found = izo_ref.resolve(scene, 1e-3, "auto")
     assert (found.positions_on_gpu is not None) == enough
