@@ -1,1 +1,1 @@
-"""Algorithms over one zone or one query, on one thread."""
+"""Algorithms over one zone, on one thread or on a group of threads."""

@@ -13,8 +13,8 @@ redundant and duplicated constraints do no harm, and every step increases the du
 
 The basis makes nearly parallel constraints safe. It gives the distance of a constraint from the
 span of the others with an error of a few units of rounding. The Gram matrix alone would give the
-square of that distance with this error, so that constraints less than 1e-7 apart could not be told
-from one.
+square of that distance with this error, so that constraints less than 1e-7 apart would look like
+one.
 
 Source: D. Goldfarb, A. Idnani, A numerically stable dual method for solving strictly convex
 quadratic programs (1983), section 3.
