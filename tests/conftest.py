@@ -1,4 +1,4 @@
-"""Command-line options, marks and fixtures."""
+"""Command-line options, markers and fixtures of all tests."""
 
 import numpy as np
 import pytest
@@ -7,10 +7,12 @@ from tests.helpers.steps import DATA, SEED
 
 
 def pytest_addoption(parser):
+    """Add the option `--slow`."""
     parser.addoption("--slow", action="store_true", help="run the tests that take minutes too")
 
 
 def pytest_report_header():
+    """Print the seed of the random tests and the folder of the larger step files."""
     where = DATA if DATA.is_dir() else "absent: tests use the scenes of data/scenes alone"
     return [f"izo_ref seed: {SEED} (IZO_SEED)", f"izo_ref step files: {where} (IZO_DATA)"]
 
@@ -19,7 +21,8 @@ LEFT_OUT = pytest.StashKey[int]()
 
 
 def pytest_collection_modifyitems(config, items):
-    # the marker, not the keyword: the folder tests/data is a keyword of its tests too
+    """Deselect the cases on larger step files if there are none, and skip slow tests."""
+    # Ask for the marker, not for the keyword: the folder tests/data is a keyword of its tests.
     larger = [item for item in items if item.get_closest_marker("data") and not DATA.is_dir()]
     config.stash[LEFT_OUT] = len(larger)
     if larger:
@@ -31,6 +34,7 @@ def pytest_collection_modifyitems(config, items):
 
 
 def pytest_terminal_summary(terminalreporter, config):
+    """Say how many cases were left out because the larger step files are missing."""
     if config.stash.get(LEFT_OUT, 0):
         terminalreporter.write_line(
             f"{config.stash[LEFT_OUT]} cases on larger step files were left out; they need the "
@@ -40,5 +44,5 @@ def pytest_terminal_summary(terminalreporter, config):
 
 @pytest.fixture
 def rng(request):
-    """A generator of its own for each test, from the seed in the header and its name."""
+    """Return a generator that is seeded with the seed in the header and the name of the test."""
     return np.random.default_rng([SEED, *request.node.name.encode()])

@@ -1,3 +1,5 @@
+"""The arrays of a scene are checked once, when it is made."""
+
 import numpy as np
 import pytest
 
@@ -10,11 +12,13 @@ FACES = np.array([[0, 1, 2], [0, 1, 3]])
 
 
 def scene(**changes):
+    """Return a scene at rest with some of its arguments replaced."""
     arguments = {"positions_t0": START, "positions_t1": START, "faces": FACES}
     return izo_ref.Scene(**(arguments | changes))
 
 
 def changed(array, index, value):
+    """Return a copy of an array with one entry replaced."""
     array = np.array(array, dtype=float if isinstance(value, float) else None)
     array[index] = value
     return array
@@ -58,7 +62,7 @@ def changed(array, index, value):
         ({"initial_intersections": "no"}, errors.OptionError, ["'raise'", "'no'"]),
     ],
 )
-def test_bad_input_names_the_first_offender(changes, error, words):
+def test_bad_input_is_refused_and_its_first_bad_entry_named(changes, error, words):
     with pytest.raises(error) as caught:
         scene(**changes)
     assert isinstance(caught.value, izo_ref.IzoError)
@@ -66,7 +70,7 @@ def test_bad_input_names_the_first_offender(changes, error, words):
         assert word in str(caught.value)
 
 
-def test_defaults_and_types():
+def test_a_scene_fills_in_defaults_and_converts_types():
     made = scene()
     assert made.positions_t0.dtype == np.float64
     assert made.faces.dtype == np.int32
@@ -91,6 +95,7 @@ def test_a_scene_may_have_no_faces(faces):
 
 
 def crossing_sheets():
+    """Return positions and faces of two sheets that intersect."""
     a, faces = grid(4)
     b = a[:, [0, 2, 1]] + (0.05, 0.4, -0.45)
     return np.concatenate((a, b)), np.concatenate((faces, faces + 16))
@@ -126,3 +131,11 @@ def test_a_face_folded_flat_onto_its_neighbour_is_found():
     start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.3, 0.3, 0.0]])
     with pytest.raises(errors.InitialIntersectionError):
         izo_ref.Scene(start, start, [[0, 1, 2], [1, 0, 3]])
+
+
+@pytest.mark.parametrize("height", [0.0, -5e-324, -1e-17])
+def test_a_start_that_crosses_by_less_than_rounding_is_refused(height):
+    """The corner touches the face or is just below it, where no sign in floats is certain."""
+    start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, height], [0, 0, 1], [1, 0, 1]])
+    with pytest.raises(izo_ref.base.errors.InitialIntersectionError):
+        izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])

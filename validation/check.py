@@ -21,7 +21,7 @@ from izo_ref.base.records import Impacts, Pairs
 from izo_ref.certificate.certify import certify_path
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
-from validation import judge
+from validation import judge, judge_zones
 from validation.judge import Fact
 
 FilePath: TypeAlias = str | os.PathLike[str]
@@ -109,7 +109,7 @@ def check(
         answer = "not judged: the file holds no impacts and multipliers"
         add(Fact("each zone is optimal", "izo_ref.residuals", answer, None, 0.0))
     else:
-        add(*judge.zones(scene, result, options))
+        add(*judge_zones.zones(scene, result, options))
     nearness, objectives = judge.nearness(scene, positions, _free_results(scene, own, known))
     add(nearness)
     return Verdict(

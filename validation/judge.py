@@ -1,6 +1,7 @@
 """Judges of a result: the facts of `check`. No judge asks the solver that made the result.
 
-Each function answers one question by one or two independent means and returns facts.
+Each function answers one question by one or two independent means and returns facts. The judges of
+zones are in `judge_zones.py`.
 """
 
 import time
@@ -9,39 +10,21 @@ from typing import NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from izo_ref.app.files import SavedResult
-from izo_ref.base.arrays import AnyInts, Multipliers, Positions
-from izo_ref.base.options import Options
+from izo_ref.base.arrays import AnyInts, Positions
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
-from izo_ref.zones.distance import distance_bound
-from izo_ref.zones.grouping import build_zones
 from izo_ref.zones.objective import objective
-from izo_ref.zones.problem import ZoneProblem, residuals
-from izo_ref.zones.system import zone_problem
-from validation.oracles import fcl, ipc, nnls, qp, slsqp
+from validation.oracles import fcl, ipc
 from validation.oracles import path as exact_path
-from validation.oracles.answer import Answer, mass_norm
-from validation.oracles.rational import ExactZone, active_rows
+from validation.oracles.answer import mass_norm
 
 Call = ParamSpec("Call")
 Returned = TypeVar("Returned")
 PairKey: TypeAlias = tuple[bool, frozenset[frozenset[int]]]  # a pair, whatever its order
 
-# Largest number of impacts of a zone that an oracle is asked about. A zone of that size takes each
-# of them 0.3 s at most: `reports/zones`, where their times are measured.
-LIMITS = {"exact": 64, "NNLS": 256, "SLSQP": 64}
-# Number of zones that each oracle is asked about, the largest first.
-ZONES_ASKED = 50
 PATH_BY_OTHERS = "ipctk Tight Inclusion, hits decided by flint"
 # Hits of ipctk that are confirmed exactly, one by one.
 HITS = 1000
-NAMES = {"exact": "exact rational arithmetic", "SLSQP": "SLSQP, scaled"}
-SOLVERS: dict[str, Callable[[ZoneProblem], Answer]] = {
-    "NNLS": nnls.solve,
-    "SLSQP": slsqp.solve_scaled,
-    "PIQP": lambda problem: qp.solve(problem, "piqp"),
-}
 
 
 class Fact(NamedTuple):
@@ -168,127 +151,6 @@ def end(scene: Scene, positions: Positions) -> tuple[list[Fact], AnyInts]:
     answer = "the mesh intersects itself" if found else "free"
     facts.append(Fact("end is free", "ipctk", answer, not found if judged else None, seconds))
     return facts, crossing
-
-
-class _JudgedZone(NamedTuple):
-    """A zone of a result, with its residuals."""
-
-    problem: ZoneProblem
-    positions: Positions
-    multipliers: Multipliers
-    gap: float  # relative
-    violation: float  # over the thickness
-    distance: float  # to the optimum at most, over the distance to the proposed positions
-    solved: bool  # to tolerance
-
-
-def zones(scene: Scene, result: SavedResult, options: Options) -> list[Fact]:
-    """Judge whether each zone is optimal, by residuals and by oracles.
-
-    Args:
-        scene: The scene.
-        result: A result with its impacts, multipliers and thickness.
-        options: The tolerances are used.
-
-    Returns:
-        A fact from the residuals, and one from each oracle if there is a zone.
-
-    Raises:
-        ValueError: The result has no impacts, multipliers or thickness.
-    """
-    begin = time.perf_counter()
-    judged = _judged_zones(scene, result, options)
-    seconds = time.perf_counter() - begin
-    if not judged:
-        return [Fact("each zone is optimal", "izo_ref.residuals", "no zones", True, seconds)]
-    unsolved = sum(not zone.solved for zone in judged)
-    answer = (
-        f"{len(judged)} zones, {unsolved} not to tolerance; "
-        f"the largest relative gap is {max(zone.gap for zone in judged):.1e}, "
-        f"the largest violation over the thickness {max(zone.violation for zone in judged):.1e}, "
-        "the largest proved relative distance to the optimum "
-        f"{max(zone.distance for zone in judged):.1e}"
-    )
-    facts = [Fact("each zone is optimal", "izo_ref.residuals", answer, unsolved == 0, seconds)]
-    return facts + [_zones_by(name, judged) for name in ("exact", "NNLS", "SLSQP", "PIQP")]
-
-
-def _judged_zones(scene: Scene, result: SavedResult, options: Options) -> list[_JudgedZone]:
-    """Compute the residuals and the distance bound of each zone of a result."""
-    impacts, all_multipliers, thickness = result.impacts, result.multipliers, result.thickness
-    if impacts is None or all_multipliers is None or thickness is None:
-        raise ValueError("result: expected impacts, multipliers and a thickness")
-    grouped = build_zones(scene, impacts)
-    judged = []
-    for zone in range(len(grouped)):
-        own = grouped.impacts_of(zone)
-        vertices = np.unique(impacts.nodes[own])
-        problem = zone_problem(scene, impacts, grouped, zone, thickness)
-        positions, multipliers = result.positions[vertices], all_multipliers[own]
-        found = residuals(problem, positions, multipliers)
-        length = mass_norm(problem.masses, positions - problem.proposed)
-        bound = distance_bound(problem, positions, multipliers)
-        judged.append(
-            _JudgedZone(
-                problem,
-                positions,
-                multipliers,
-                gap=found.gap,
-                violation=found.violation,
-                distance=bound / length if length > 0.0 else (0.0 if bound == 0.0 else np.inf),
-                solved=found.solved(options.gap_tolerance, options.violation_tolerance),
-            )
-        )
-    return judged
-
-
-def _zones_by(oracle: str, judged: list[_JudgedZone]) -> Fact:
-    """Compare the answers of zones with those of an oracle.
-
-    The relative distance can fail only against the exact oracle. For the others it is for
-    information, since it may be their own error.
-    """
-    chosen = sorted(judged, key=lambda zone: -len(zone.problem.nodes))
-    limit = LIMITS.get(oracle, np.inf)
-    chosen = [zone for zone in chosen if len(zone.problem.nodes) <= limit][:ZONES_ASKED]
-    begin = time.perf_counter()
-    errors = [_relative_error(oracle, zone) for zone in chosen]
-    seconds = time.perf_counter() - begin
-    failed = sum(error is None for error in errors)
-    worst = max((error for error in errors if error is not None), default=0.0)
-    answer = (
-        f"the largest relative distance is {worst:.1e}, over {len(chosen)} of {len(judged)} zones"
-    )
-    if failed:
-        answer += f"; no answer for {failed} of them"
-    # a relative gap of 1e-9 is a relative distance of at most sqrt(1e-9) = 3.2e-5 if the
-    # constraints hold; what they may be violated by adds to it
-    passed = failed == 0 and worst <= 1e-4 if oracle == "exact" and chosen else None
-    return Fact("zones agree with an oracle", NAMES.get(oracle, oracle), answer, passed, seconds)
-
-
-def _relative_error(oracle: str, zone: _JudgedZone) -> float | None:
-    """Compute the distance of a zone's answer to that of an oracle, over the displacement.
-
-    Returns:
-        The relative distance; None if the oracle has no answer.
-    """
-    if oracle == "exact":
-        return _exact_error(zone)
-    problem = zone.problem
-    answer = SOLVERS[oracle](problem)
-    if not np.isfinite(answer.displacements).all():
-        return None
-    offsets = zone.positions - problem.proposed - answer.displacements
-    size = mass_norm(problem.masses, answer.displacements)
-    error = mass_norm(problem.masses, offsets)
-    return error / size if size > 0.0 else float(error > 0.0)
-
-
-def _exact_error(zone: _JudgedZone) -> float | None:
-    exact = ExactZone(zone.problem)
-    optimum = exact.solve(active_rows(zone.multipliers))
-    return None if optimum is None else exact.relative_error(exact.moves(zone.positions), optimum)
 
 
 def nearness(

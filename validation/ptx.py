@@ -20,7 +20,7 @@ from unittest.mock import patch
 import izo_ref
 from izo_ref.base.cuda.compile import Kernel
 from izo_ref.detection.serial.tree import Tree
-from izo_ref.solvers.serial.descent import Settings
+from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.small_zone import Limits
 
 CAPABILITIES = ((8, 0), (9, 0), (10, 0))

@@ -1,10 +1,11 @@
-"""Compiled code on the disk: show it, clear it, fill it by several processes."""
+"""Compiled code on the disk: show it, clear it, and fill it with several processes."""
 
 import os
 import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
@@ -18,60 +19,71 @@ from izo_ref.scene import Scene
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
 
-LARGE_IMPACTS = 300  # impacts: more than a small zone has
-PARALLEL_IMPACTS = 150  # impacts: work for all threads, in a small zone
+LARGE_IMPACTS = 300  # impacts of a zone: more than a small zone has
+PARALLEL_IMPACTS = 150  # impacts of a small zone that is enough work for all threads
 
 
 class CacheFolder(NamedTuple):
-    """Compiled code of one version of the sources."""
+    """Compiled code of one version of the sources.
+
+    Attributes:
+        path: The folder.
+        current: Whether it belongs to the sources and versions that run now.
+        files: Number of files.
+        bytes: Size of all files [bytes].
+    """
 
     path: Path
-    current: bool  # of the sources that run now
+    current: bool
     files: int
     bytes: int
 
 
 def folders() -> list[CacheFolder]:
-    """Those there are, the current one first."""
+    """Return all folders of compiled code, the current one first."""
     found = [CACHE_FOLDER] if CACHE_FOLDER.is_dir() else []
     if CACHE_FOLDER.parent.is_dir():
         found += sorted(p for p in CACHE_FOLDER.parent.iterdir() if p.is_dir() and p not in found)
     return [_folder(path) for path in found]
 
 
-def _folder(path):
+def _folder(path: Path) -> CacheFolder:
     sizes = [file.stat().st_size for file in path.rglob("*") if file.is_file()]
     return CacheFolder(path, path == CACHE_FOLDER, len(sizes), sum(sizes))
 
 
 def clear(only_old: bool = False) -> list[CacheFolder]:
-    """Delete compiled code, or only that of other versions; returns what was deleted."""
+    """Delete compiled code, and return the folders that were deleted.
+
+    Args:
+        only_old: Whether to keep the code of the sources and versions that run now.
+    """
     found = [folder for folder in folders() if not (only_old and folder.current)]
     for folder in found:
         shutil.rmtree(folder.path)
     return found
 
 
-def _detection():
+def _detection() -> None:
     _tetrahedra_scene()
 
 
-def _small_zones():
+def _small_zones() -> None:
     solve_zone(_chain(3))
 
 
-def _large_zones():
+def _large_zones() -> None:
     solve_zone(_chain(LARGE_IMPACTS))
     solve_zone(_chain(LARGE_IMPACTS), "interior-point")
 
 
-def _rest():
+def _rest() -> None:
     solve_zone(_chain(PARALLEL_IMPACTS))
     resolve(_tetrahedra_scene(), 1e-3)
 
 
-# What is compiled for together, each by a process of its own; `rest` takes what the others
-# made and adds the little that is left.
+# Functions that are compiled together, each group by its own process. `rest` uses what the other
+# groups compiled, and adds the little that is left.
 TASKS = {
     "detection": _detection,
     "small-zones": _small_zones,
@@ -80,19 +92,21 @@ TASKS = {
 }
 
 
-def fill(names, say):
-    """Compile for these tasks, as many at a time as there are processors, `rest` last.
+def fill(names: Iterable[str], say: Callable[[str], object]) -> None:
+    """Compile for some tasks, as many at a time as there are CPU cores, `rest` last.
 
     Args:
-        names: of `TASKS`.
-        say: called with a line as each ends.
+        names: Names of `TASKS`.
+        say: Function that is called with a line as each task ends.
 
     Raises:
-        OptionError: an unknown name. RuntimeError: a process failed.
+        OptionError: A name is unknown.
+        RuntimeError: A process failed.
     """
+    names = list(names)
     unknown = [name for name in names if name not in TASKS]
     if unknown:
-        raise OptionError(f"cache: expected names of {tuple(TASKS)}, got {unknown[0]!r}")
+        raise OptionError(f"cache: expected tasks of {tuple(TASKS)}, got {unknown[0]!r}")
     waiting = [name for name in TASKS if name in names]
     running = {}
     while waiting or running:
@@ -105,20 +119,24 @@ def fill(names, say):
             if process.poll() is not None:
                 del running[name]
                 if process.returncode != 0:
-                    raise RuntimeError(f"cache: compiling for {name} ended with an error")
+                    raise RuntimeError(
+                        f"cache: compiling for {name} ended with exit code {process.returncode}"
+                    )
                 say(f"{name}: {time.perf_counter() - begin:.1f} s")
         time.sleep(0.05)
 
 
-def run_task(name):
-    """Compile for one task, in this process."""
+def run_task(name: str) -> None:
+    """Compile for one task of `TASKS` in this process."""
     TASKS[name]()
 
 
 @contextmanager
-def compiling_beside():
-    """While the block runs, solvers of few small zones are compiled by another process, if
-    there is no compiled code yet: detection takes as long. The block is followed by waiting for it.
+def compiling_beside() -> Iterator[None]:
+    """Let another process compile the solvers of small zones while a block runs.
+
+    This happens only if there is no compiled code yet. The block is meant to compile detection,
+    which takes as long. When the block ends, the other process is waited for.
     """
     if anything_compiled() or (os.cpu_count() or 1) < 2:
         yield
@@ -132,13 +150,13 @@ def compiling_beside():
             process.kill()
 
 
-def _start(name):
+def _start(name: str) -> subprocess.Popen[bytes]:
     code = f"from izo_ref.app.cache import run_task; run_task({name!r})"
     return subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.DEVNULL)
 
 
-def _tetrahedra_scene():
-    """Two of them, one driven into the other; a corner of the lower one is pinned."""
+def _tetrahedra_scene() -> Scene:
+    """Return two tetrahedra, one driven into the other; a corner of the lower one is pinned."""
     corners = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     start = np.vstack((corners, corners * (1, 1, -1) + (0.1, 0.1, 2.5)))
     end = start.copy()
@@ -148,8 +166,8 @@ def _tetrahedra_scene():
     return Scene(start, end, np.vstack((faces, faces + 4)), None, pinned)
 
 
-def _chain(n) -> ZoneProblem:
-    """n impacts, each sharing two vertices with the next."""
+def _chain(n: int) -> ZoneProblem:
+    """Return a zone of n impacts, each of which shares two vertices with the next."""
     nodes = np.arange(n)[:, None] * 2 + np.arange(4)
     weights = np.tile([0.5, 0.5, -0.5, -0.5], (n, 1))
     normals = np.tile([0.0, 0.0, 1.0], (n, 1))

@@ -3,7 +3,9 @@
 import argparse
 import sys
 import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any, TypeAlias
 
 from izo_ref.app.cache import TASKS, clear, compiling_beside, fill, folders
 from izo_ref.app.files import check_writable, load_result, load_scene, save_json, save_result
@@ -20,9 +22,20 @@ from izo_ref.version import __version__
 
 FREE, NOT_FREE, BAD_INPUT = 0, 1, 2
 
+Arguments: TypeAlias = argparse.Namespace
+Run: TypeAlias = Callable[[Arguments], int]
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
-def main(arguments=None) -> int:
-    """Run the command; returns 0 free, 1 not free, 2 bad input."""
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command.
+
+    Args:
+        arguments: The words behind `izo`; those of the command line if None.
+
+    Returns:
+        The exit code: 0 for a free path, 1 for a path that is not free, 2 for bad input.
+    """
     options = _parser().parse_args(arguments)
     try:
         return options.run(options)
@@ -31,7 +44,7 @@ def main(arguments=None) -> int:
         return BAD_INPUT
 
 
-def _resolve(args):
+def _resolve(args: Arguments) -> int:
     check_writable(args.output)
     if args.json:
         check_writable(args.json)
@@ -56,12 +69,12 @@ def _resolve(args):
         f"{len(result.history)} iterations, {result.timings['total']:.2f} s",
     )
     if result.status is Status.BLOCKED:
-        _say(f"free until t = {result.time_free:.6g}")
+        _say(f"the path is free until t = {result.time_free:.6g}")
         _say_pairs(summary["certificate"]["meeting"])
     return FREE if result.certificate.free else NOT_FREE
 
 
-def _detect(args):
+def _detect(args: Arguments) -> int:
     impacts = find_impacts(load_scene(args.step, args.initial_intersections))
     summary = impacts_summary(impacts)
     if args.json:
@@ -71,26 +84,27 @@ def _detect(args):
     return NOT_FREE if len(impacts.toi) else FREE
 
 
-def _certify(args):
+def _certify(args: Arguments) -> int:
     scene = load_scene(args.step, args.initial_intersections)
-    proposed = args.positions is None
-    positions = scene.positions_t1 if proposed else load_result(args.positions).positions
+    is_step_itself = args.positions is None
+    positions = scene.positions_t1 if is_step_itself else load_result(args.positions).positions
     certificate = certify_path(scene, positions)
     summary = certificate_summary(certificate)
     if args.json:
         save_json(args.json, summary)
     _say(
         f"{'free' if certificate.free else 'not free'}: {certificate.candidates} candidate pairs, "
-        f"{len(certificate.meeting_toi)} meet, {certificate.exact} decided in exact arithmetic; "
-        f"free until t = {certificate.time_free:.6g}"
+        f"{len(certificate.meeting_toi)} of them meet; {certificate.exact} were decided in exact "
+        f"arithmetic; the path is free until t = {certificate.time_free:.6g}"
     )
     if certificate.excluded is not None:
-        _say(f"{len(certificate.excluded.nodes)} pairs left out: they intersect at the start")
+        n_excluded = len(certificate.excluded.nodes)
+        _say(f"{n_excluded} pairs are left out, because they intersect at the start")
     _say_pairs(summary["meeting"])
     return FREE if certificate.free else NOT_FREE
 
 
-def _plan(args):
+def _plan(args: Arguments) -> int:
     needed = plan(load_scene(args.step, args.initial_intersections))
     if args.json:
         save_json(args.json, {"plan": [line._asdict() for line in needed.lines]})
@@ -98,29 +112,29 @@ def _plan(args):
     return FREE
 
 
-def _show_cache(args):
+def _show_cache(args: Arguments) -> int:
     for folder in folders():
         kind = "in use" if folder.current else "of other sources or versions"
         _say(f"{folder.path}: {folder.files} files, {folder.bytes / 1e6:.1f} MB, {kind}")
     if not anything_compiled():
-        _say(f"{CACHE_FOLDER}: nothing compiled yet; izo cache fill")
+        _say(f"{CACHE_FOLDER}: nothing is compiled yet; `izo cache fill` compiles what is needed")
     return FREE
 
 
-def _clear_cache(args):
+def _clear_cache(args: Arguments) -> int:
     for folder in clear(args.old):
         _say(f"{folder.path}: deleted, {folder.bytes / 1e6:.1f} MB")
     return FREE
 
 
-def _fill_cache(args):
+def _fill_cache(args: Arguments) -> int:
     begin = time.perf_counter()
     fill(args.tasks or TASKS, _say)
     _say(f"{CACHE_FOLDER}: filled in {time.perf_counter() - begin:.1f} s")
     return FREE
 
 
-def _demo(args):
+def _demo(args: Arguments) -> int:
     from izo_ref.app.demo import write_demo
 
     with _progress() as tick:
@@ -131,28 +145,28 @@ def _demo(args):
     return FREE if result.certificate.free else NOT_FREE
 
 
-def _say(*lines):
+def _say(*lines: str) -> None:
     for line in lines:
         print(line)
 
 
-def _say_pairs(summary):
+def _say_pairs(summary: dict[str, Any]) -> None:
     for row in summary["first"]:
         print(f"  {row['kind']} {row['nodes']} at t = {row['toi']:.6g}")
 
 
 @contextmanager
-def _progress():
-    """A function that shows one more iteration, on a terminal; nothing when piped."""
+def _progress() -> Iterator[Callable[[str], None]]:
+    """Yield a function that shows one more iteration on a terminal, and nothing in a pipe."""
     if not sys.stderr.isatty():
         yield lambda text: None
         return
     from tqdm import tqdm
 
-    first = "resolving" if anything_compiled() else "compiling, the first time only"
+    first = "resolving" if anything_compiled() else "compiling, only the first time"
     with tqdm(unit=" iterations", leave=False, desc=first) as bar:
 
-        def tick(text):
+        def tick(text: str) -> None:
             bar.set_description_str("resolving", refresh=False)
             bar.set_postfix_str(text, refresh=False)
             bar.update()
@@ -160,58 +174,118 @@ def _progress():
         yield tick
 
 
-def _parser():
+def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="izo",
         description="Reference and verification toolkit for impact zone optimization.",
-        epilog="Exit codes: 0 free, 1 not free, 2 bad input.",
+        epilog="Exit codes: 0 the path is free, 1 it is not free, 2 bad input.",
     )
     parser.add_argument("--version", action="version", version=f"izo {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
-
-    def command(name, run, text, step=True):
-        sub = commands.add_parser(name, help=text, description=text)
-        sub.set_defaults(run=run)
-        if step:
-            sub.add_argument("step", metavar="STEP.npz")
-            sub.add_argument("--json", metavar="REPORT.json", help="write all but the arrays")
-            sub.add_argument(
-                "--initial-intersections",
-                choices=("raise", "exclude"),
-                default="raise",
-                help="what to do with pairs that intersect at the start",
-            )
-        return sub
-
-    sub = command("resolve", _resolve, "find free end positions close to the proposed ones")
-    sub.add_argument("-o", "--output", required=True, metavar="OUT.npz")
-    sub.add_argument("--thickness", type=float, metavar="D", help="[m], see Options")
-    sub.add_argument("--device", default="cpu", choices=("cpu", "cuda", "auto"))
-    defaults = Options()
-    sub.add_argument("--selection", default=defaults.selection, choices=CHOICES["selection"])
-    sub.add_argument("--relinearize", type=int, default=defaults.relinearize, metavar="ROUNDS")
-    command("detect", _detect, "list the pairs that meet on the path")
-    command("plan", _plan, "say what resolving a step needs, what is left out, and why")
-    sub = command("certify", _certify, "prove each pair of a path apart, or that it meets")
-    sub.add_argument("--positions", metavar="OUT.npz", help="end positions; the step's own if none")
-    sub = command("cache", None, "show, clear or fill the folder of compiled code", step=False)
-    actions = sub.add_subparsers(required=True, metavar="ACTION")
-    action = actions.add_parser("show", help="where it is, and how much")
-    action.set_defaults(run=_show_cache)
-    action = actions.add_parser("clear", help="delete it")
-    action.add_argument("--old", action="store_true", help="only that of other sources or versions")
-    action.set_defaults(run=_clear_cache)
-    action = actions.add_parser("fill", help="compile what resolving takes, side by side")
-    action.add_argument(
-        "tasks", nargs="*", metavar="TASK", help=f"of {', '.join(TASKS)}; all if none"
+    _add_resolve(commands)
+    _add_step_command(commands, "detect", _detect, "list the pairs that meet on the path")
+    text = "say what resolving a step needs, what is left out, and why"
+    _add_step_command(commands, "plan", _plan, text)
+    text = "prove for each pair of a path that it is apart, or that it meets"
+    certify = _add_step_command(commands, "certify", _certify, text)
+    certify.add_argument(
+        "--positions",
+        metavar="OUT.npz",
+        help="result whose end positions are certified; the proposed positions if it is left out",
     )
-    action.set_defaults(run=_fill_cache)
-    sub = command("demo", _demo, "resolve a scene of our own and write a page", step=False)
-    sub.add_argument("-o", "--output", default="reports/demo", metavar="FOLDER")
+    _add_cache(commands)
+    text = "resolve a scene of our own, and write a page with the result"
+    demo = commands.add_parser("demo", help=text, description=text)
+    demo.set_defaults(run=_demo)
+    demo.add_argument(
+        "-o",
+        "--output",
+        default="reports/demo",
+        metavar="FOLDER",
+        help="folder of the page (default: %(default)s)",
+    )
     return parser
 
 
-def entry():
+def _add_step_command(
+    commands: Commands, name: str, run: Run, text: str
+) -> argparse.ArgumentParser:
+    """Add a command that reads a step."""
+    command = commands.add_parser(name, help=text, description=text)
+    command.set_defaults(run=run)
+    command.add_argument("step", metavar="STEP.npz", help="the step to read")
+    command.add_argument(
+        "--json", metavar="REPORT.json", help="write a report of everything except the arrays"
+    )
+    command.add_argument(
+        "--initial-intersections",
+        choices=("raise", "exclude"),
+        default="raise",
+        help="stop if pairs intersect at the start, or leave these pairs out "
+        "(default: %(default)s)",
+    )
+    return command
+
+
+def _add_resolve(commands: Commands) -> None:
+    text = "find free end positions close to the proposed ones"
+    command = _add_step_command(commands, "resolve", _resolve, text)
+    defaults = Options()
+    command.add_argument(
+        "-o", "--output", required=True, metavar="OUT.npz", help="where to write the result"
+    )
+    command.add_argument(
+        "--thickness",
+        type=float,
+        metavar="D",
+        help="distance that impacts keep at the end [m] (default: "
+        f"{defaults.thickness_fraction:g} of the median edge length)",
+    )
+    command.add_argument(
+        "--device",
+        default="cpu",
+        choices=("cpu", "cuda", "auto"),
+        help="where the loop runs (default: %(default)s)",
+    )
+    command.add_argument(
+        "--selection",
+        default=defaults.selection,
+        choices=CHOICES["selection"],
+        help="which of the impacts found enter the zones (default: %(default)s)",
+    )
+    command.add_argument(
+        "--relinearize",
+        type=int,
+        default=defaults.relinearize,
+        metavar="ROUNDS",
+        help="largest number of rounds that take the normals again at the answer "
+        "(default: %(default)s)",
+    )
+
+
+def _add_cache(commands: Commands) -> None:
+    text = "show, clear or fill the folder of compiled code"
+    command = commands.add_parser("cache", help=text, description=text)
+    actions = command.add_subparsers(required=True, metavar="ACTION")
+    show = actions.add_parser("show", help="show where compiled code is, and how much")
+    show.set_defaults(run=_show_cache)
+    remove = actions.add_parser("clear", help="delete compiled code")
+    remove.add_argument(
+        "--old", action="store_true", help="delete only the code of other sources or versions"
+    )
+    remove.set_defaults(run=_clear_cache)
+    action = actions.add_parser("fill", help="compile what resolving needs, with several processes")
+    action.add_argument(
+        "tasks",
+        nargs="*",
+        metavar="TASK",
+        help=f"what to compile: {', '.join(TASKS)}; all of them if none is named",
+    )
+    action.set_defaults(run=_fill_cache)
+
+
+def entry() -> None:
+    """Run the command, and end the process with its exit code."""
     sys.exit(main())
 
 

@@ -2,27 +2,32 @@
 
 import html
 import io as text_io
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
 
-from izo_ref.app.files import replacing
+from izo_ref.app.files import FilePath, replacing
 from izo_ref.app.picture import draw
+from izo_ref.base.arrays import AnyArray, AnyInts, Flags, Floats, Positions
 from izo_ref.detection.intersections import intersecting_pairs
+from izo_ref.loop.iterate import Iteration
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 
-COLORS = np.array([[150, 155, 160], [70, 125, 200], [235, 160, 60]])  # sphere, sheet, second
-CROSSING = np.array([210, 30, 45])
+# red, green and blue of the sphere, the sheet and the second sheet
+COLORS = np.array([[150, 155, 160], [70, 125, 200], [235, 160, 60]])
+CROSSING = np.array([210, 30, 45])  # color of faces that intersect
 CLOTH_KG_PER_M2 = 0.2
-THICKNESS_M = 4e-3  # of a towel, so that it can be seen
+THICKNESS_M = 4e-3  # the thickness of a towel, so that the gap can be seen
 
 
-def demo_scene():
-    """A sheet falls onto a pinned sphere and, beside it, onto a second sheet.
+def demo_scene() -> tuple[Scene, AnyInts]:
+    """Make a scene: a sheet falls onto a pinned sphere and, beside it, onto a second sheet.
 
     Returns:
-        `Scene` of 15,650 triangles, and (m,) i8: which body a face belongs to.
+        A scene of 15,650 triangles, and (m,) i8, the body that each face belongs to: 0 is the
+        sphere, 1 the sheet, 2 the second sheet.
     """
     sphere, sphere_faces = _sphere(0.3, 33, 64)
     sheet, sheet_faces = _sheet((-0.6, 0.6), (-0.6, 0.6), 0.31, 65)
@@ -36,7 +41,7 @@ def demo_scene():
 
     end = start.copy()
     x, y = sheet[:, 0], sheet[:, 1]
-    # it falls, faster toward its corners, and ripples
+    # the sheet falls, faster toward its corners, and ripples
     end[body == 1, 2] -= 0.05 + 0.06 * (x**2 + y**2) + 0.006 * np.sin(17.0 * x + 5.0 * y)
     end[body == 2, 2] += 0.006 * np.cos(9.0 * second[:, 1])
 
@@ -47,11 +52,17 @@ def demo_scene():
     return Scene(start, end, faces, masses, body == 0), face_body
 
 
-def _sheet(x_range, y_range, z, n):
-    """n x n vertices, each cell split along alternating diagonals."""
-    x, y = np.meshgrid(np.linspace(*x_range, n), np.linspace(*y_range, n), indexing="ij")
-    # half a millimetre of unevenness, as of cloth that was handled
-    z = z + 5e-4 * np.sin(31.0 * x) * np.cos(27.0 * y)
+def _sheet(
+    x_range: tuple[float, float], y_range: tuple[float, float], height: float, n: int
+) -> tuple[Positions, AnyInts]:
+    """Return n x n vertices, and faces that split each cell along alternating diagonals."""
+    x, y = np.meshgrid(
+        np.linspace(x_range[0], x_range[1], n),
+        np.linspace(y_range[0], y_range[1], n),
+        indexing="ij",
+    )
+    # half a millimetre of unevenness, as in cloth that was handled
+    z = height + 5e-4 * np.sin(31.0 * x) * np.cos(27.0 * y)
     positions = np.column_stack((x.ravel(), y.ravel(), z.ravel()))
     i, j = np.divmod(np.arange((n - 1) ** 2), n - 1)
     a, b, c, d = i * n + j, (i + 1) * n + j, (i + 1) * n + j + 1, i * n + j + 1
@@ -61,8 +72,8 @@ def _sheet(x_range, y_range, z, n):
     return positions, np.concatenate((first, other))
 
 
-def _sphere(radius, rings, columns):
-    """Rings of vertices between two poles."""
+def _sphere(radius: float, rings: int, columns: int) -> tuple[Positions, AnyInts]:
+    """Return rings of vertices between two poles, and the faces between them."""
     polar = np.linspace(0.0, np.pi, rings + 1)[1:-1, None]
     around = np.linspace(0.0, 2.0 * np.pi, columns, endpoint=False)[None, :]
     x, y = np.sin(polar) * np.cos(around), np.sin(polar) * np.sin(around)
@@ -81,21 +92,27 @@ def _sphere(radius, rings, columns):
     return positions, np.concatenate((*bands, top, bottom))
 
 
-def write_demo(folder, on_iteration=None) -> tuple[Result, Path]:
+def write_demo(
+    folder: FilePath, on_iteration: Callable[[Iteration], object] | None = None
+) -> tuple[Result, Path]:
     """Resolve the scene and write the page.
 
     Args:
-        folder: where `index.html`, two 3D views and two pictures are written.
-        on_iteration: see `resolve`.
+        folder: Folder to write `index.html`, two 3D views and two pictures to; it is created if
+            there is none.
+        on_iteration: Function that is called with the record of each iteration as it ends.
 
     Returns:
-        `Result`, and the path of the page.
+        The result, and the path of the page.
+
+    Raises:
+        FileFormatError: A file cannot be written.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     scene, face_body = demo_scene()
     result = resolve(scene, THICKNESS_M, on_iteration=on_iteration)
-    crossing = {}
+    crossing: dict[str, int] = {}
     for name, positions in (("before", scene.positions_t1), ("after", result.positions)):
         faces, crossing[name] = _crossing_faces(positions, scene)
         colors = np.where(faces[:, None], CROSSING, COLORS[face_body])
@@ -108,22 +125,26 @@ def write_demo(folder, on_iteration=None) -> tuple[Result, Path]:
     return result, folder / "index.html"
 
 
-def _crossing_faces(positions, scene):
-    """(m,) b1, faces in an intersection at rest, and how many intersections there are."""
+def _crossing_faces(positions: Positions, scene: Scene) -> tuple[Flags, int]:
+    """Find the faces that intersect at some positions.
+
+    Returns:
+        (m,) b1, faces in an intersection, and the number of edges that go through faces.
+    """
     found, pairs = intersecting_pairs(positions, scene.edges, scene.faces)
     hit = np.zeros(len(positions), bool)
     hit[pairs.nodes] = True
-    return hit[scene.faces].all(axis=1), len(found)
+    return np.all(hit[scene.faces], axis=1), len(found)
 
 
-def _view(positions, faces, colors):
-    """A page with the mesh in 3D, to be turned with the mouse; scripts are inside."""
+def _view(positions: Floats, faces: AnyInts, colors: AnyArray) -> str:
+    """Return a page that shows the mesh in 3D, to be turned with the mouse; scripts are inside."""
     import trimesh
     from trimesh.viewer.notebook import scene_to_html
 
-    bright = np.minimum(1.6 * colors, 255)  # the viewer's light is dim
+    bright = np.minimum(1.6 * colors, 255)  # because the light of the viewer is dim
     rgba = np.column_stack((bright, np.full(len(colors), 255))).astype(np.uint8)
-    upright = positions[:, [0, 2, 1]] * (1.0, 1.0, -1.0)  # the viewer has y up
+    upright = positions[:, [0, 2, 1]] * (1.0, 1.0, -1.0)  # because y is up in the viewer
     mesh = trimesh.Trimesh(upright, faces, face_colors=rgba, process=False)
     scene = trimesh.Scene(mesh)
     rotation = trimesh.transformations.rotation_matrix
@@ -132,36 +153,44 @@ def _view(positions, faces, colors):
     return scene_to_html(scene)
 
 
-def _page(scene, result, crossing):
+def _page(scene: Scene, result: Result, crossing: dict[str, int]) -> str:
+    """Return the page with pictures, 3D views and tables."""
     c = result.certificate
     sizes = np.diff(result.zones.impact_offsets)
     gap = max((r.gap for r in result.residuals), default=0.0)
     violation = max((r.violation for r in result.residuals), default=0.0)
     done = [
         ("Triangles", f"{len(scene.faces):,}"),
-        ("Vertices, of these pinned", f"{len(scene.pinned):,}, {int(scene.pinned.sum()):,}"),
+        (
+            "Vertices, and how many of them are pinned",
+            f"{len(scene.pinned):,}, {int(scene.pinned.sum()):,}",
+        ),
         ("Thickness", f"{1e3 * result.thickness:.4g} mm"),
-        ("Edges through faces before, after", f"{crossing['before']:,}, {crossing['after']:,}"),
+        ("Edges through faces, before and after", f"{crossing['before']:,}, {crossing['after']:,}"),
         ("Impacts in zones", f"{len(result.impacts.toi):,}"),
-        ("Zones, impacts in the largest", f"{len(result.zones):,}, {sizes.max(initial=0):,}"),
+        (
+            "Zones, and impacts in the largest zone",
+            f"{len(result.zones):,}, {sizes.max(initial=0):,}",
+        ),
         ("Detections", f"{len(result.history)}"),
-        ("Objective, sum m|x - y|² / sum m", f"{result.objective:.4e} m²"),
+        ("Objective, sum m |x - y|² / sum m", f"{result.objective:.4e} m²"),
         ("Time", f"{result.timings['total']:.2f} s"),
     ]
     certified = [
         ("Status", result.status.name),
         ("Candidate pairs of the path", f"{c.candidates:,}"),
         ("Proved apart", f"{c.candidates - len(c.meeting_toi):,}"),
-        ("Of these by exact arithmetic", f"{c.exact:,}"),
+        ("Pairs decided by exact arithmetic", f"{c.exact:,}"),
         ("Largest relative duality gap of a zone", f"{gap:.1e}"),
-        ("Largest violation, of the thickness", f"{violation:.1e}"),
+        ("Largest violation, as a fraction of the thickness", f"{violation:.1e}"),
     ]
     return PAGE.format(
         meaning=html.escape(result.status.value), done=_table(done), certified=_table(certified)
     )
 
 
-def _table(rows):
+def _table(rows: Iterable[tuple[str, str]]) -> str:
+    """Return the rows of a table in HTML."""
     out = text_io.StringIO()
     for name, value in rows:
         out.write(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>\n")
@@ -189,9 +218,10 @@ th, td {{ border-bottom: 1px solid #eee; padding: .25rem 0; }}
 </head>
 <body>
 <h1>A step, resolved and certified</h1>
-<p>A sheet falls onto a sphere and onto a second sheet. Proposed end positions go through
-both; red faces intersect. The answer is the closest to them, weighted by mass, that the
-impacts allow, and its path from the start is proved free of contact. {meaning}</p>
+<p>A sheet falls onto a sphere and onto a second sheet. At the proposed end positions it goes
+through both; the red faces intersect. The resolved positions are the closest ones, weighted by
+mass, that the constraints of the impacts allow. The path from the start to them is proved free of
+contact. {meaning}</p>
 <div class="pair">
 <figure><img src="before.png" alt="Proposed positions: the sheets and the sphere cross">
 <figcaption>Proposed end positions</figcaption></figure>
@@ -199,7 +229,7 @@ impacts allow, and its path from the start is proved free of contact. {meaning}<
 <figcaption>Resolved</figcaption></figure>
 </div>
 <h2>In 3D</h2>
-<p>Turn with the mouse, zoom with the wheel.</p>
+<p>Turn the views with the mouse, and zoom with the wheel.</p>
 <div class="pair">
 <figure><iframe src="before.html" title="Proposed, in 3D"></iframe>
 <figcaption>Proposed</figcaption></figure>

@@ -1,23 +1,24 @@
-"""Steps in and out of files.
+"""Read and write steps and results.
 
-A step is a numpy `.npz` archive with `positions_t0`, `positions_t1` (n, 3) [m], `faces`
-(m, 3), and optionally `masses` (n,) [kg] and `pinned` (n,) bool. A result is an `.npz`
-archive with `positions` (n, 3) [m]; those of `izo resolve` also hold what it takes to judge
-the zones again: `thickness` [m], `multipliers` (k,) [kg] and the impacts, `impact_nodes`
-(k, 4), `impact_is_edge_edge` (k,), `impact_toi` (k,), `impact_weights` (k, 4) and
-`impact_normals` (k, 3).
+A step is a numpy `.npz` archive with `positions_t0` and `positions_t1` (n, 3) [m], `faces` (m, 3),
+and optionally `masses` (n,) [kg] and `pinned` (n,) bool. A result is an `.npz` archive with
+`positions` (n, 3) [m]. Results of `izo resolve` also have the arrays that are needed to judge the
+zones again: `thickness` [m], `multipliers` (k,) [kg] and the impacts, `impact_nodes` (k, 4),
+`impact_is_edge_edge` (k,), `impact_toi` (k,), `impact_weights` (k, 4) and `impact_normals` (k, 3).
 """
 
 import json
 import os
 import tempfile
 import zipfile
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, BinaryIO, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
+from izo_ref.base.arrays import Multipliers, Positions
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.records import Impacts
 from izo_ref.scene import Scene
@@ -25,12 +26,22 @@ from izo_ref.scene import Scene
 REQUIRED = ("positions_t0", "positions_t1", "faces")
 OPTIONAL = ("masses", "pinned")
 
+FilePath: TypeAlias = str | os.PathLike[str]
 
-def load_scene(path, initial_intersections="raise") -> Scene:
+
+def load_scene(path: FilePath, initial_intersections: str = "raise") -> Scene:
     """Read a step.
 
+    Args:
+        path: The archive.
+        initial_intersections: `raise` or `exclude`; see `Scene`.
+
+    Returns:
+        The step.
+
     Raises:
-        FileFormatError: the file cannot be read, or lacks an array; and what `Scene` raises.
+        FileFormatError: The file cannot be read, or an array is missing.
+        IzoError: `Scene` does not accept the arrays.
     """
     arrays = _load(path, REQUIRED)
     optional = {name: arrays[name] for name in OPTIONAL if name in arrays}
@@ -39,20 +50,57 @@ def load_scene(path, initial_intersections="raise") -> Scene:
 
 
 class SavedResult(NamedTuple):
-    """A result as it is in a file; None for what is not in it."""
+    """A result as it is in a file; None for what is not in the file.
 
-    positions: np.ndarray  # (n, 3) f8 [m]
-    thickness: float | None  # [m]
+    Attributes:
+        positions: (n, 3) [m], end of the path.
+        thickness: The thickness [m].
+        impacts: The impacts in zones.
+        multipliers: (n_impacts,) [kg].
+    """
+
+    positions: Positions
+    thickness: float | None
     impacts: Impacts | None
-    multipliers: np.ndarray | None  # (n_impacts,) f8 [kg]
+    multipliers: Multipliers | None
 
 
-def load_result(path) -> SavedResult:
-    """Read a result, anybody's: only its positions have to be there.
+class ResultToSave(Protocol):
+    """What `save_result` writes of a `Result` or a `SavedResult`."""
+
+    @property
+    def positions(self) -> Positions:
+        """(n, 3) f8 [m], end of the path."""
+        ...
+
+    @property
+    def thickness(self) -> float | None:
+        """The thickness [m], or None."""
+        ...
+
+    @property
+    def impacts(self) -> Impacts | None:
+        """The impacts in zones, or None."""
+        ...
+
+    @property
+    def multipliers(self) -> Multipliers | None:
+        """(n_impacts,) f8 [kg], or None."""
+        ...
+
+
+def load_result(path: FilePath) -> SavedResult:
+    """Read a result of this or of another program; only the positions are required.
+
+    Args:
+        path: The archive.
+
+    Returns:
+        The result.
 
     Raises:
-        FileFormatError: the file cannot be read, or lacks an array; or some of the arrays
-            that describe the zones are there and others are not.
+        FileFormatError: The file cannot be read, or has no positions, or has only some of the
+            arrays that describe the zones.
     """
     arrays = _load(path, ("positions",))
     names = ("thickness", "multipliers", *(f"impact_{name}" for name in Impacts._fields))
@@ -60,31 +108,43 @@ def load_result(path) -> SavedResult:
     if missing == list(names) or missing == list(names)[1:]:
         return SavedResult(arrays["positions"], _thickness(path, arrays), None, None)
     if missing:
-        raise FileFormatError(f"{path}: holds impacts, but {', '.join(missing)} is missing")
+        verb = "is" if len(missing) == 1 else "are"
+        raise FileFormatError(
+            f"{path}: has arrays of impacts, but {', '.join(missing)} {verb} missing; write all "
+            "arrays that describe the zones, or none"
+        )
     impacts = Impacts(*(arrays[name] for name in names[2:]))
     if len({column.shape[:1] for column in (*impacts, arrays["multipliers"])}) != 1:
-        raise FileFormatError(f"{path}: the arrays of its impacts differ in length")
+        raise FileFormatError(f"{path}: expected arrays of impacts of the same length")
     return SavedResult(
         arrays["positions"], _thickness(path, arrays), impacts, arrays["multipliers"]
     )
 
 
-def _thickness(path, arrays):
+def _thickness(path: FilePath, arrays: dict[str, Any]) -> float | None:
     if "thickness" not in arrays:
         return None
-    if arrays["thickness"].shape != () or arrays["thickness"].dtype.kind not in "fiu":
-        raise FileFormatError(f"{path}: expected thickness to be one number")
-    return float(arrays["thickness"])
+    array = arrays["thickness"]
+    if array.shape != () or array.dtype.kind not in "fiu":
+        raise FileFormatError(
+            f"{path}: expected thickness to be one number [m], got shape {array.shape} and type "
+            f"{array.dtype}"
+        )
+    return float(array)
 
 
-def save_result(path, result: SavedResult):
+def save_result(path: FilePath, result: ResultToSave) -> None:
     """Write a result; the file appears whole or not at all.
 
     Args:
-        result: anything with positions, thickness, impacts and multipliers, as `Result` and
-            `SavedResult`; all but the positions may be None.
+        path: Where to write the archive.
+        result: Positions, thickness, impacts and multipliers, as a `Result` or a `SavedResult` has
+            them; all but the positions may be None.
+
+    Raises:
+        FileFormatError: The file cannot be written.
     """
-    arrays = {"positions": result.positions}
+    arrays: dict[str, Any] = {"positions": result.positions}
     if result.thickness is not None:
         arrays["thickness"] = result.thickness
     if result.impacts is not None:
@@ -95,53 +155,73 @@ def save_result(path, result: SavedResult):
         np.savez_compressed(file, **arrays)
 
 
-def save_scene(path, scene: Scene):
-    """Write a step; the file appears whole or not at all."""
-    arrays = {name: getattr(scene, name) for name in REQUIRED + OPTIONAL}
+def save_scene(path: FilePath, scene: Scene) -> None:
+    """Write a step; the file appears whole or not at all.
+
+    Raises:
+        FileFormatError: The file cannot be written.
+    """
+    arrays: dict[str, Any] = {name: getattr(scene, name) for name in REQUIRED + OPTIONAL}
     with replacing(path) as file:
         np.savez_compressed(file, **arrays)
 
 
-def save_json(path, content):
-    """Write a report; the file appears whole or not at all."""
+def save_json(path: FilePath, content: Any) -> None:
+    """Write a report as JSON; the file appears whole or not at all.
+
+    Raises:
+        FileFormatError: The file cannot be written.
+    """
     with replacing(path) as file:
         file.write((json.dumps(content, indent=1) + "\n").encode())
 
 
-def check_writable(path):
-    """Before work is done that would be lost: whether a file can be made there.
+def check_writable(path: FilePath) -> None:
+    """Check that a file can be written, before work is done that would be lost.
 
     Raises:
-        FileFormatError.
+        FileFormatError: The file cannot be written; says why.
     """
     folder = Path(path).parent
-    if not os.access(folder, os.W_OK) or Path(path).is_dir():
-        raise FileFormatError(f"{path}: cannot be written")
+    if Path(path).is_dir():
+        raise FileFormatError(f"{path}: cannot be written: it is a folder; name a file in it")
+    if not folder.is_dir():
+        raise FileFormatError(f"{path}: cannot be written: there is no folder {folder}; create it")
+    if not os.access(folder, os.W_OK):
+        raise FileFormatError(f"{path}: cannot be written: no permission to write to {folder}")
 
 
-def _load(path, names):
+def _load(path: FilePath, names: Sequence[str]) -> dict[str, Any]:
+    """Read the arrays of an archive that has to have some names."""
     try:
         archive = np.load(path, allow_pickle=False)
         if isinstance(archive, np.ndarray):
-            raise FileFormatError(f"{path}: expected an .npz archive, got a single array")
+            raise FileFormatError(f"{path}: expected an .npz archive, found a single array")
         with archive:
             arrays = {name: archive[name] for name in archive.files}
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror or error}") from None
     except (ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise FileFormatError(f"{path}: expected an .npz archive: {error}") from None
+        raise FileFormatError(f"{path}: expected an .npz archive, but: {error}") from None
     missing = [name for name in names if name not in arrays]
     if missing:
         raise FileFormatError(
-            f"{path}: expected arrays {', '.join(names)}; {', '.join(missing)} missing, "
-            f"found {', '.join(arrays) or 'none'}"
+            f"{path}: expected the arrays {', '.join(names)}; {', '.join(missing)} missing, "
+            f"found {', '.join(arrays) or 'no array'}"
         )
     return arrays
 
 
 @contextmanager
-def replacing(path):
-    """Open a file beside `path` that takes its place once it is written."""
+def replacing(path: FilePath) -> Iterator[BinaryIO]:
+    """Open a new file that takes the place of `path` when the block ends without an error.
+
+    Args:
+        path: The file to write or to replace.
+
+    Raises:
+        FileFormatError: The file cannot be written.
+    """
     path = Path(path)
     try:
         handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
@@ -157,7 +237,8 @@ def replacing(path):
         raise
 
 
-def _umask():
+def _umask() -> int:
+    """Return the permissions that new files do not get."""
     mask = os.umask(0)
     os.umask(mask)
     return mask

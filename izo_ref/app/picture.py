@@ -1,33 +1,38 @@
-"""A still picture of a mesh: depth buffer, flat shading, no display needed."""
+"""A still picture of a mesh: depth buffer and flat shading; no display is needed."""
+
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-SUPERSAMPLE = 2  # drawn larger and scaled down, which smooths the edges
+from izo_ref.base.arrays import AnyArray, AnyFloats, AnyInts, Floats
+
+SUPERSAMPLE = 2  # the picture is drawn larger and scaled down, which smooths the edges
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
 
 
 def draw(
-    positions,
-    faces,
-    colors,
-    path,
+    positions: AnyFloats,
+    faces: AnyInts,
+    colors: AnyInts,
+    path: Any,
     *,
-    eye=(1.0, -2.2, 1.3),
-    size=(960, 640),
-    frame=None,
-    segments=(),
-):
+    eye: Sequence[float] = (1.0, -2.2, 1.3),
+    size: tuple[int, int] = (960, 640),
+    frame: AnyFloats | None = None,
+    segments: Sequence[tuple[Any, Any, Any]] = (),
+) -> None:
     """Write a PNG of a mesh seen from far away.
 
     Args:
-        positions: (n, 3).
-        faces: (m, 3).
-        colors: (m, 3), 0 to 255.
-        path: file to write.
-        eye: direction in which the viewer stands; z is up.
-        size: pixels, width and height.
-        frame: positions that have to fit in; `positions` if None.
-        segments: (start, end, color) of lines that are drawn over everything.
+        positions: (n, 3) [m].
+        faces: (m, 3) integers.
+        colors: (m, 3), red, green and blue of each face, from 0 to 255.
+        path: Path of the file, or an open file, to write to.
+        eye: Direction in which the viewer stands; z is up.
+        size: Width and height [pixels].
+        frame: (k, 3) [m], positions that have to fit into the picture; `positions` if None.
+        segments: Start, end and color of each line that is drawn over everything else.
     """
     from PIL import Image, ImageDraw
 
@@ -41,7 +46,7 @@ def draw(
     pixels = np.array(size) * SUPERSAMPLE
     scale = 0.94 * np.min(pixels / (high - low)[:2])
 
-    def projected(points):
+    def projected(points: AnyFloats) -> Floats:
         seen = points @ view
         middle = 0.5 * (low + high)[:2]
         seen[..., :2] = (seen[..., :2] - middle) * scale * (1.0, -1.0) + 0.5 * pixels
@@ -69,8 +74,15 @@ def draw(
     image.save(path, format="PNG", optimize=True)
 
 
-def _fill(triangle, color, canvas, depth):
-    """Pixels of one triangle (3 corners: column, row, depth) that nothing stands before."""
+def _fill(triangle: Floats, color: AnyArray, canvas: AnyArray, depth: Floats) -> None:
+    """Color the pixels of one triangle that are nearer than what was drawn before.
+
+    Args:
+        triangle: (3, 3) f8, column, row and depth of each corner.
+        color: (3,) u1.
+        canvas: (height, width, 3) u1, changed.
+        depth: (height, width) f8, depth of each pixel, changed.
+    """
     low = np.maximum(np.floor(triangle[:, :2].min(axis=0)).astype(int), 0)
     high = np.minimum(np.ceil(triangle[:, :2].max(axis=0)).astype(int) + 1, depth.shape[::-1])
     (x0, y0, z0), (x1, y1, z1), (x2, y2, z2) = triangle.tolist()

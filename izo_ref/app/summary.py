@@ -2,18 +2,29 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 
+from izo_ref.base.arrays import Times
 from izo_ref.base.records import Impacts, Pairs
 from izo_ref.certificate.certify import PathCertificate
 from izo_ref.loop.resolve import Result
 
-NAMED = 20  # pairs written out, the count is always given
+NAMED = 20  # pairs that are written out; the count is always given
 
 
-def pairs_summary(pairs: Pairs | None, toi=None) -> dict:
-    """How many pairs of each kind, and the first by name."""
+def pairs_summary(pairs: Pairs | None, toi: Times | None = None) -> dict[str, Any]:
+    """Count the pairs of each kind, and write out the first ones.
+
+    Args:
+        pairs: The pairs; None counts as no pairs.
+        toi: (n,) f8, times of impact, from 0 to 1, if they are known.
+
+    Returns:
+        `vertex_face` and `edge_edge`, the counts, and `first`, a list with kind, nodes and, if
+        known, toi of up to `NAMED` pairs.
+    """
     if pairs is None:
         return {"vertex_face": 0, "edge_edge": 0, "first": []}
     rows = []
@@ -30,11 +41,13 @@ def pairs_summary(pairs: Pairs | None, toi=None) -> dict:
     }
 
 
-def impacts_summary(impacts: Impacts) -> dict:
+def impacts_summary(impacts: Impacts) -> dict[str, Any]:
+    """Count impacts of each kind, and write out the first ones; see `pairs_summary`."""
     return pairs_summary(Pairs(impacts.nodes, impacts.is_edge_edge), impacts.toi)
 
 
-def certificate_summary(certificate: PathCertificate) -> dict:
+def certificate_summary(certificate: PathCertificate) -> dict[str, Any]:
+    """Return a certificate as plain data, with summaries of its pairs."""
     content = certificate._asdict()
     content["meeting"] = pairs_summary(certificate.meeting, certificate.meeting_toi)
     content["excluded"] = pairs_summary(certificate.excluded)
@@ -42,8 +55,8 @@ def certificate_summary(certificate: PathCertificate) -> dict:
     return content
 
 
-def result_summary(result: Result) -> dict:
-    """Everything of a result except arrays, ready for JSON."""
+def result_summary(result: Result) -> dict[str, Any]:
+    """Return everything of a result except its arrays, ready for JSON."""
     sizes = np.diff(result.zones.impact_offsets)
     worst = {
         name: max((getattr(r, name) for r in result.residuals), default=0.0)

@@ -1,29 +1,41 @@
-"""Arrays that live on the device: sums, choices, orders."""
+"""Arrays in the memory of a GPU: make, copy, choose, sort, sum."""
+
+from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numba import cuda
 from numba.cuda.cudadrv.driver import CudaAPIError
+from numpy.typing import DTypeLike
 
+from izo_ref.base.arrays import AnyArray, GpuArray
 from izo_ref.base.cuda import arrays as kernels
 from izo_ref.base.cuda.arrays import ITEMS, TILE
-from izo_ref.base.cuda.compile import THREADS
+from izo_ref.base.cuda.compile import THREADS, Kernel
 from izo_ref.base.errors import DeviceMemoryError
 from izo_ref.base.gpu_interop import has_cupy, order_by_cupy, viewed
+from izo_ref.base.records import SceneArrays
 
 
-def empty(shape, dtype):
-    """An array on the device, not written to.
+def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> GpuArray:
+    """Return an array on the GPU that is not written to.
+
+    Args:
+        shape: The shape, or the length of an array with one axis.
+        dtype: The dtype.
 
     Raises:
-        DeviceMemoryError: with what is needed, and what is free.
+        DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
     """
     shape = shape if isinstance(shape, tuple) else (shape,)
     room = (max(shape[0], 1), *shape[1:])
     try:
         array = cuda.device_array(room, dtype)
-        # never else: of an array with a length of 0 behind it a slice has one row
+        # Slice only if the length is 0: where another axis has length 0, a slice would have one
+        # row.
         return array if shape[0] else array[:0]
     except CudaAPIError as error:
         if "OUT_OF_MEMORY" not in str(error):
@@ -36,56 +48,63 @@ def empty(shape, dtype):
         ) from error
 
 
-def to_gpu(array):
-    """A copy on the device."""
+def to_gpu(array: AnyArray) -> GpuArray:
+    """Return a copy on the GPU of an array on the CPU."""
     result = empty(array.shape, array.dtype)
     if array.size:
         result.copy_to_device(np.ascontiguousarray(array))
     return result
 
 
-def copy(array):
-    """Another array of the device with the same content."""
+def copy(array: GpuArray) -> GpuArray:
+    """Return a copy on the GPU of an array on the GPU."""
     result = empty(array.shape, array.dtype)
     if array.size:
         result.copy_to_device(array)
     return result
 
 
-def to_cpu(array):
-    """A copy of the processor."""
+def to_cpu(array: GpuArray) -> Any:
+    """Return a copy on the CPU of an array on the GPU."""
     if array.size == 0:
         return np.empty(array.shape, array.dtype)
     return array.copy_to_host()
 
 
-def full(n, value, dtype):
-    """(n,) of one value."""
+def full(n: int, value: Any, dtype: Any) -> GpuArray:
+    """Return (n,) copies of one value."""
     result = empty(n, dtype)
     kernels.fill[n](np.dtype(dtype).type(value), result)
     return result
 
 
-def zeros(shape, dtype):
-    """An array of zeros."""
+def zeros(shape: tuple[int, ...], dtype: DTypeLike) -> GpuArray:
+    """Return an array of zeros."""
     n = math.prod(shape)
     return full(n, 0, dtype).reshape(shape) if n else empty(shape, dtype)
 
 
-def arange(n, first=0):
-    """(n,) i8, first, first + 1, ..."""
+def arange(n: int, first: int = 0) -> GpuArray:
+    """Return (n,) i8: first, first + 1, ..."""
     result = empty(n, np.int64)
     kernels.count_up[n](first, result)
     return result
 
 
-def _in_tiles(kernel, n):
-    """The kernel for n values, of which each thread takes some."""
+def _in_tiles(kernel: Kernel, n: int) -> Callable[..., None]:
+    """Return the launch of a kernel on n values, where each block takes one tile."""
     return kernel.in_blocks(-(-n // TILE), min(-(-n // ITEMS), THREADS))
 
 
-def offsets_of(values):
-    """(n + 1,) i8, the sum of the values before each, and of all; n is not 0."""
+def offsets_of(values: GpuArray) -> GpuArray:
+    """Return the sum of the values before each value, and the sum of all at the end.
+
+    Args:
+        values: (n,) i8 or b1, n > 0.
+
+    Returns:
+        (n + 1,) i8.
+    """
     n = values.shape[0]
     totals, starts = empty(-(-n // TILE), np.int64), empty(n + 1, np.int64)
     _in_tiles(kernels.scan_tiles, n)(values, starts, totals)
@@ -94,13 +113,13 @@ def offsets_of(values):
     return starts
 
 
-def last_of(starts):
-    """The last of them, on the processor."""
-    return int(to_cpu(starts[starts.shape[0] - 1 :])[0])
+def last_of(offsets: GpuArray) -> int:
+    """Return the last number of an array of integers."""
+    return int(to_cpu(offsets[offsets.shape[0] - 1 :])[0])
 
 
-def flatnonzero(flags):
-    """(n_true,) i8, where flags are true, ascending."""
+def flatnonzero(flags: GpuArray) -> GpuArray:
+    """Return (n_true,) i8, where flags, (n,) b1, are true, ascending."""
     n = flags.shape[0]
     if n == 0:
         return empty(0, np.int64)
@@ -114,12 +133,18 @@ def flatnonzero(flags):
     return index
 
 
-def stable_argsort(keys):
-    """(n,) i8, the stable order that sorts keys, (n,) i8, ascending.
+def stable_argsort(keys: GpuArray) -> GpuArray:
+    """Return the stable order that sorts keys.
 
-    By CuPy where it is installed. Else tiles are sorted by a block each; then runs are merged, of
-    one tile, of two, of four: passes in which each key looks for its place among those of the run
-    beside it.
+    CuPy sorts long arrays where it is installed. Else each block sorts one tile; then sorted runs
+    are merged in passes: runs of one tile, of two tiles, of four. In a pass, each key looks for its
+    place among the keys of the neighbouring run.
+
+    Args:
+        keys: (n,) i8.
+
+    Returns:
+        (n,) i8, where each sorted key was.
     """
     n, width = keys.shape[0], TILE
     if n > TILE and has_cupy():
@@ -133,8 +158,8 @@ def stable_argsort(keys):
     return places
 
 
-def take(values, index):
-    """values[index] along the first axis."""
+def take(values: GpuArray, index: GpuArray) -> GpuArray:
+    """Return values[index] along the first axis."""
     rows = empty((index.shape[0], *values.shape[1:]), values.dtype)
     if rows.ndim == 1:
         kernels.take_rows[index.shape[0]](as_column(values), index, as_column(rows))
@@ -143,8 +168,18 @@ def take(values, index):
     return rows
 
 
-def positions_of(scene, name):
-    """(n, 3) f8 [m], positions of a scene; read where they are if they came from a device."""
+def positions_of(scene: SceneArrays, name: str) -> GpuArray:
+    """Return positions of a scene on the GPU, in the numbering of the scene.
+
+    Positions that came from a GPU are read where they are.
+
+    Args:
+        scene: The scene.
+        name: `positions_t0` or `positions_t1`.
+
+    Returns:
+        (n, 3) f8 [m].
+    """
     array, order = scene.on_gpu.get(name, (None, None))
     if array is None:
         return to_gpu(getattr(scene, name))
@@ -154,27 +189,32 @@ def positions_of(scene, name):
     return rows
 
 
-def as_column(array):
-    """(n, 1) of (n,), the same memory."""
+def as_column(array: Any) -> Any:
+    """Return an array (n,) as (n, 1), with the same memory; it may be on the CPU or on a GPU."""
     return array.reshape(array.shape[0], 1)
 
 
-def concatenate(parts):
-    """One after the other."""
-    n = sum(part.shape[0] for part in parts)
-    result = empty((n, *parts[0].shape[1:]), parts[0].dtype)
+def concatenate(arrays: Sequence[GpuArray]) -> GpuArray:
+    """Return the rows of several arrays of one dtype, one array after the other."""
+    n = sum(array.shape[0] for array in arrays)
+    result = empty((n, *arrays[0].shape[1:]), arrays[0].dtype)
     at = 0
-    for part in parts:
-        if part.shape[0]:
-            result[at : at + part.shape[0]].copy_to_device(part)
-        at += part.shape[0]
+    for array in arrays:
+        if array.shape[0]:
+            result[at : at + array.shape[0]].copy_to_device(array)
+        at += array.shape[0]
     return result
 
 
-def reduce(values, operation, column=0):
-    """SUM, LARGEST or LEAST of a column of (n, k) i8 or f8, n > 0; on the processor.
+def reduce(values: GpuArray, operation: int, column: int = 0) -> Any:
+    """Return the sum, the largest or the least of the values of a column, as a number on the CPU.
 
-    In tiles, then tiles of tiles: sums are the same from run to run.
+    Tiles are combined first, then tiles of their results. So sums are the same from run to run.
+
+    Args:
+        values: (n, k) i8 or f8, n > 0.
+        operation: SUM, LARGEST or LEAST of `base/cuda/arrays.py`.
+        column: The column.
     """
     while True:
         results = empty(-(-values.shape[0] // TILE), values.dtype)

@@ -1,33 +1,53 @@
-"""Arrays of others on the device: of CuPy, PyTorch, JAX, Warp, numba, and whatever has DLPack.
+"""Arrays that other libraries keep on a GPU: CuPy, PyTorch, JAX, Warp, numba, anything with DLPack.
 
-And sorts of ours, which are left to CuPy.
+CuPy also sorts arrays of this package, where it is installed.
 """
+
+from __future__ import annotations
 
 from functools import cache
 from importlib.util import find_spec
+from typing import Any
 
-from cuda.core.utils import StridedMemoryView
+# installed with numba-cuda
+from cuda.core.utils import StridedMemoryView  # pyright: ignore[reportMissingImports]
 from numba import cuda
 from numba.cuda.core import config
 
-LEGACY_STREAM = 1  # as DLPack numbers it: the default stream, on which all is launched here
+from izo_ref.base.arrays import GpuArray
+
+LEGACY_STREAM = 1  # number in DLPack of the default stream, on which this package launches all
 
 
-def viewed(array):
-    """The same memory as an array of numba; what was launched on it before is waited for."""
+def viewed(array: Any) -> GpuArray:
+    """Return the same memory as an array of numba, after what was launched on it has ended.
+
+    Args:
+        array: An array on a GPU with `__cuda_array_interface__` or DLPack.
+    """
     if getattr(array, "__cuda_ndarray__", False):
         return array
     interface = getattr(array, "__cuda_array_interface__", None)
-    # PyTorch, JAX and Warp do not say there on which stream they write, but wait by DLPack
+    # The interfaces of PyTorch, JAX and Warp do not name the stream on which they write. With
+    # DLPack they wait for it.
     if not hasattr(array, "__dlpack__") or (interface or {}).get("stream") is not None:
         return cuda.as_cuda_array(array)
     return cuda.as_cuda_array(Described(array, LEGACY_STREAM))
 
 
 class Described:
-    """An array that has DLPack alone, with the interface that numba reads; keeps it alive."""
+    """An array with DLPack, described by the interface that numba reads; keeps the array alive.
 
-    def __init__(self, array, stream):
+    Args:
+        array: An array on a GPU.
+        stream: Number of the stream on which it will be used.
+
+    Attributes:
+        view: The view of the array's memory.
+    """
+
+    def __init__(self, array: Any, stream: int) -> None:
+        """Ask the array for its memory; it waits for its own launches first."""
         self.view = StridedMemoryView.from_dlpack(array, stream_ptr=stream)
         strides = self.view.strides
         if strides is not None:
@@ -43,12 +63,19 @@ class Described:
 
 @cache
 def has_cupy() -> bool:
-    """Whether CuPy is installed, and there is a device for it: the simulator has none."""
+    """Return whether CuPy is installed and has a GPU; the simulator has none."""
     return not config.ENABLE_CUDASIM and find_spec("cupy") is not None
 
 
-def order_by_cupy(keys):
-    """(n,) i8, the stable order that sorts keys, (n,) i8; of the same stream, the default one."""
-    import cupy
+def order_by_cupy(keys: GpuArray) -> GpuArray:
+    """Return the stable order that sorts keys; CuPy uses the default stream, too.
+
+    Args:
+        keys: (n,) i8.
+
+    Returns:
+        (n,) i8.
+    """
+    import cupy  # pyright: ignore[reportMissingImports]  # optional
 
     return viewed(cupy.argsort(cupy.asarray(keys)))

@@ -38,15 +38,16 @@ class Options:
     """Options of `resolve`.
 
     Attributes:
-        selection: Which of the impacts found enter the zones (SPEC section 6). `independent` takes
-            impacts in the order of their times, and none that shares an unpinned vertex with one
-            taken before. `first-of-any` takes an impact if it is the earliest for at least one of
-            its unpinned vertices. `all` takes all. `independent` is the default because it ends
-            closest to the proposed positions; it takes the most iterations.
+        selection: Which of the impacts found enter the zones (docs/method section 6).
+            `independent` takes impacts in the order of their times, and none that shares an
+            unpinned vertex with one taken before. `first-of-any` takes an impact if it is the
+            earliest for at least one of its unpinned vertices. `all` takes all. `independent` is
+            the default because it ends closest to the proposed positions; it takes the most
+            iterations.
         max_iterations: Largest number of detections of the main loop before zones are scaled back.
             ARCSim allows 100; the steps on which this was developed take 2 to 50.
         relinearize: Largest number of rounds in which the active impacts get new normals and
-            weights at the answer (SPEC section 6). 0 switches these rounds off.
+            weights at the answer (docs/method section 6). 0 switches these rounds off.
         relinearize_gain: Smallest fraction by which a round has to lower the objective to be
             followed by another round.
         method: How a zone is solved. `auto` uses the closed form for one impact. It uses block
@@ -55,7 +56,7 @@ class Options:
             once such a zone has a solution, block pivoting continues from it
             (`solvers/pivoting.py`). A GPU does the same for zones of up to 32 impacts, uses
             `newton` for the others, and leaves to the CPU what that does not solve.
-            Augmented-Lagrangian methods (SPEC sections 3 and 4) are `gradient`, `jacobi`,
+            Augmented-Lagrangian methods (docs/method sections 3 and 4) are `gradient`, `jacobi`,
             `chebyshev`, `cg`, `lbfgs` and `newton`. Sweeps over the multipliers are `pgs` and the
             accelerated `apgs`.
         line_search: Line search of the augmented-Lagrangian methods: `exact`, `backtracking`
@@ -64,10 +65,10 @@ class Options:
         multiplier_update: When the augmented-Lagrangian methods update the multipliers:
             `every-step`, as on the page, or after each `inner-solve`, as in ARCSim.
         penalty: Penalty mu of the augmented-Lagrangian methods: `fixed`, as in the three systems
-            of SPEC section 4, or `grown` whenever the violation does not fall enough.
+            of docs/method section 4, or `grown` whenever the violation does not fall enough.
         preset: System whose parameters an augmented-Lagrangian method takes: `arcsim`, `icloth`
-            or `xrtailor` (SPEC section 4), or None. A preset fixes method, line search, updates
-            and scaling; `method` is then `auto` or the preset's own.
+            or `xrtailor` (docs/method section 4), or None. A preset fixes method, line search,
+            updates and scaling; `method` is then `auto` or the preset's own.
         max_steps: Largest number of steps of an augmented-Lagrangian method, or of sweeps, on one
             zone. Gradient descent takes tens of thousands of steps where constraints are nearly
             parallel. A preset takes no more steps than its system does.

@@ -1,13 +1,15 @@
-"""The path certificate: every candidate pair proved apart, or shown to meet."""
+"""The path certificate: prove every candidate pair of a path apart, or prove that it meets."""
 
-from typing import NamedTuple
+from collections.abc import Set
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from izo_ref.base import checks
+from izo_ref.base.arrays import Flags, Positions, Times
 from izo_ref.base.devices import choose_device, copy_to_cpu, detach, implementation
 from izo_ref.base.options import RULES
-from izo_ref.base.records import Impacts, Pairs
+from izo_ref.base.records import Impacts, PairCounts, Pairs, SceneArrays
 from izo_ref.certificate.cpu import meetings as kernels
 from izo_ref.certificate.exact_path import first_meeting
 from izo_ref.detection.detector import Detector
@@ -16,45 +18,76 @@ from izo_ref.detection.detector import Detector
 class PathCertificate(NamedTuple):
     """What was proved about the straight path from the start to some end positions.
 
-    No pair is left open: each is proved apart, or proved to meet.
+    No pair is left undecided: each is proved apart, or proved to meet.
+
+    Attributes:
+        free: True if every pair is apart, except the excluded pairs.
+        candidates: Number of candidate pairs, whose moving boxes meet. All other pairs are apart
+            because their boxes are, or because they are at rest.
+        vertex_face: Number of vertex-face pairs among the candidates.
+        edge_edge: Number of edge-edge pairs among the candidates.
+        proofs: Number of steps of all proofs. A pair that an axis or a diagonal separates takes no
+            step.
+        most_proofs: Number of steps of the longest proof of a pair.
+        exact: Number of pairs that floats could not decide, so that exact arithmetic did.
+        meeting: The `Pairs` that meet.
+        meeting_toi: (n,) f8, time at which each of them meets, never too late. It is early by at
+            most the rounding of the proof.
+        time_free: Time until which every pair is apart; 1 if the path is free.
+        excluded: The `Pairs` that were ignored because they intersect at the start, or None.
     """
 
-    free: bool  # every pair but the excluded ones is apart
-    candidates: int  # pairs with moving boxes that meet; all others are apart by that, or rest
-    vertex_face: int  # of these, by kind
+    free: bool
+    candidates: int
+    vertex_face: int
     edge_edge: int
-    proofs: int  # steps of all proofs; a pair apart along an axis or a diagonal takes none
-    most_proofs: int  # for one pair
-    exact: int  # pairs that floats could not decide, so exact arithmetic did
-    meeting: Pairs  # what meets
-    meeting_toi: np.ndarray  # (n,) f8, when; at most the rounding of the proof too early
-    time_free: float  # until when every pair is apart; 1 if the path is free
-    excluded: Pairs | None  # left out, because they intersect at the start
+    proofs: int
+    most_proofs: int
+    exact: int
+    meeting: Pairs
+    meeting_toi: Times
+    time_free: float
+    excluded: Pairs | None
 
 
-def certify_path(scene, positions, rules=frozenset(RULES), device: str = "cpu") -> PathCertificate:
-    """Prove each pair of a path apart, or that it meets.
+def certify_path(
+    scene: SceneArrays,
+    positions: Any,
+    rules: Set[str] = frozenset(RULES),
+    device: str = "cpu",
+) -> PathCertificate:
+    """Prove for each pair of a path that it is apart, or that it meets.
 
-    A detection of its own, from new trees of boxes and over all pairs, whatever the path
-    was made by. A pair is proved apart on [0, 1] piece by piece, by a direction that
-    separates its sides or by a cubic without root; or to meet, by a change of sign of that
-    cubic while the contact is inside. All with a bound of the rounding, derived in
-    `detection/formulas/advance.py`, `detection/formulas/coplanar.py` and
-    `certificate/formulas/meeting.py`. The few pairs left, those that touch or nearly do, are
-    decided in exact arithmetic, `certificate/exact_path.py`.
+    The certificate does not depend on how the path was made. It runs a detection of its own, with
+    new trees of boxes, over all pairs. Then it decides each candidate pair in one of three ways:
+
+    * The pair is apart on [0, 1]. This is proved interval by interval, by a direction that
+      separates its sides or by a cubic without root (`detection/formulas/advance.py`,
+      `detection/formulas/coplanar.py`).
+    * The pair meets, because that cubic changes its sign while the contact is inside the pair
+      (`certificate/formulas/meeting.py`).
+    * Exact arithmetic decides the few pairs that are left. They touch, or nearly do
+      (`certificate/exact_path.py`).
+
+    The first two ways use floats, with bounds of their rounding that are derived in these files.
 
     Args:
-        scene: `Scene`, gives the start, the mesh and the pairs left out.
+        scene: The `Scene`, which gives the start, the mesh and the pairs to ignore.
         positions: (n, 3) [m], end of the path; may be on a GPU.
-        rules: names of `options.RULES` that are applied.
-        device: `cpu`; `cuda`, where a GPU proves and the processor decides the pairs left; or
-            `auto`, as of `resolve`.
+        rules: Names of the rules of `options.RULES` to apply.
+        device: `cpu`, `cuda` or `auto`. With `cuda`, a GPU runs the first two ways, and the CPU
+            decides the pairs that are left. `auto` takes a GPU for large scenes if there is one.
+
+    Returns:
+        The `PathCertificate`.
 
     Raises:
-        ShapeError, NonFiniteError: of `positions`.
-        OptionError, DeviceUnavailableError: of `device`.
+        ShapeError: `positions` has the wrong shape or type.
+        NonFiniteError: `positions` has numbers that are NaN or infinite.
+        OptionError: `device` has another value.
+        DeviceUnavailableError: A GPU is asked for, and none can be used.
 
-    Source: SPEC section 8.
+    Source: docs/method section 8.
     """
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
@@ -80,8 +113,10 @@ def certify_path(scene, positions, rules=frozenset(RULES), device: str = "cpu") 
     )
 
 
-def _filter_path(scene, positions, rules):
-    """Pairs not proved apart, which of them certainly meet, and a counts."""
+def _filter_path(
+    scene: SceneArrays, positions: Positions, rules: Set[str]
+) -> tuple[Impacts, Flags, PairCounts]:
+    """Return the pairs not proved apart, which of them certainly meet, and the counts."""
     start = scene.positions_t0
     detector = Detector(start, scene.edges, scene.faces, scene.excluded, rules)
     found = detector.find(positions)
@@ -90,13 +125,15 @@ def _filter_path(scene, positions, rules):
     return found, meets, detector.counts
 
 
-def _meeting(positions_t0, positions_t1, found: Impacts, certain):
-    """Those of the pairs found that meet, and how many took exact arithmetic."""
+def _meeting(
+    positions_t0: Positions, positions_t1: Positions, found: Impacts, certain: Flags
+) -> tuple[Impacts, int]:
+    """Return the pairs that meet, and how many pairs exact arithmetic decided."""
     meets, toi = certain.copy(), found.toi.copy()
-    open_pairs = np.flatnonzero(~meets)
-    for i in open_pairs:
+    undecided = np.flatnonzero(~meets)
+    for i in undecided:
         nodes = found.nodes[i]
         time = first_meeting(found.is_edge_edge[i], positions_t0[nodes], positions_t1[nodes])
         meets[i] = time is not None
         toi[i] = 1.0 if time is None else time
-    return found._replace(toi=toi).take(meets), len(open_pairs)
+    return found._replace(toi=toi).take(meets), len(undecided)

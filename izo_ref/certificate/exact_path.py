@@ -1,171 +1,121 @@
-"""Does a pair meet on its path? Exactly: floats are rationals, and so are all coefficients.
+"""Decide whether a pair meets on its path in exact arithmetic, and find when it first does.
 
-Node 0 is the origin; e_1, e_2, e_3 are the others, linear in t. The pair can meet only
-where its nodes are coplanar, at roots of the cubic det(e_1, e_2, e_3). If that vanishes
-identically, the pair is coplanar all the time. Whether it meets then depends on the signs
-of finitely many polynomials, so it changes only at their roots; and because the times at
-which it meets are a closed set, the first of them is 0 or such a root. Either way a few
-algebraic times are left to look at.
+Floats are rational numbers, so all coefficients below are rational, and no step is rounded.
 
-An algebraic time is a square-free polynomial and an interval (low, high] with one of its
-roots, found by Sturm's theorem. The sign of another polynomial there is certain once its
-Bernstein coefficients on the interval have one sign; until then the interval is halved. If
-it is zero there, that never happens, but then the greatest common divisor of the two has a
-root in the interval, and that is tested once.
+**When a pair can meet.** Node 0 is the origin, and e_1, e_2, e_3 are the other nodes relative to
+it, linear in t. Sides that meet have coplanar nodes, so the pair can meet only at roots of the
+cubic det(e_1, e_2, e_3):
 
-Polynomials are lists of integers, the constant first, without zeros at the end; factors
-that are positive do not matter and are taken out. Fractions would be several times slower.
+* If the cubic is not zero everywhere, it has at most three roots in [0, 1].
+* If it is zero everywhere, the nodes are coplanar at all times. Whether the pair meets then depends
+  on the signs of finitely many polynomials, so it can change only at their roots. The times at
+  which the pair meets form a closed set, so the first of them is 0 or one of these roots.
 
-Source: SPEC section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Real Algebraic
-Geometry (2006), 2.2 and 10.
+In both cases a few algebraic times are left. At each of them, `_coplanar_meet` decides from the
+signs of polynomials whether the pair meets.
+
+**Algebraic times.** An algebraic time is a polynomial without multiple roots, and an interval
+(low, high] that holds exactly one of its roots, by Sturm's theorem.
+
+**Signs at an algebraic time.** The Bernstein coefficients of a polynomial on the interval enclose
+its values there. Once they have one strict sign, this is the sign at the time. Until then the
+interval is halved. If the polynomial is zero at the time, this never ends. So `sign_at` tests for
+that case once the interval is narrow: the polynomial is zero at the time if and only if its
+greatest common divisor with the polynomial of the time has a root in the interval.
+
+Source: docs/method section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Real Algebraic Geometry
+(2006), 2.2 and 10.
 """
 
 from fractions import Fraction
-from itertools import pairwise
-from math import comb, gcd, lcm, nextafter
+from math import nextafter
+from typing import Any
 
-# The time of a meeting is enclosed this closely, half an ulp of 1 and less.
+from izo_ref.certificate.polynomials import (
+    Polynomial,
+    add,
+    bernstein,
+    common_divisor,
+    count_roots,
+    cross,
+    derivative,
+    multiply,
+    primitive,
+    quotient,
+    sign_of,
+    sturm_chain,
+    trimmed,
+    value,
+)
+
+# The time of a meeting is enclosed in an interval of width 2^-54, half the spacing of floats just
+# below 1.
 TIME_BITS = 54
-# Width from which on a sign that is still not certain may be zero.
+# A sign that is not certain on an interval of width 2^-40 is tested for zero.
 ZERO_BITS = 40
 
 
 class AlgebraicTime:
-    """The root of a square-free polynomial in (low / unit, high / unit], or low if low = high.
+    """A root of a polynomial without multiple roots, enclosed in an interval.
 
-    The interval is made narrower by whoever needs it to be.
+    The root is the only one in (low / unit, high / unit]; if low = high, it is that number. Whoever
+    needs a narrower interval calls `halve`.
+
+    Args:
+        polynomial: A polynomial without multiple roots.
+        low: Numerator of the lower end of the interval.
+        high: Numerator of the upper end.
+        unit: Denominator of both, a power of two.
+
+    Attributes:
+        polynomial: As passed in.
+        low: Numerator of the lower end of the interval, so far.
+        high: Numerator of the upper end.
+        unit: Denominator of both.
     """
 
-    def __init__(self, polynomial, low, high, unit):
+    def __init__(self, polynomial: Polynomial, low: int, high: int, unit: int) -> None:
+        """Take a polynomial and an interval with one of its roots."""
         self.polynomial = polynomial
         self.low, self.high, self.unit = low, high, unit
         self._settle()
 
-    def _settle(self):
-        if _value(self.polynomial, self.high, self.unit) == 0:
+    def _settle(self) -> None:
+        """Shrink the interval to its upper end if the root is there."""
+        if value(self.polynomial, self.high, self.unit) == 0:
             self.low = self.high
 
-    def is_narrower(self, bits):
+    def is_narrower(self, bits: int) -> bool:
+        """Return whether the interval is not wider than 2^-bits."""
         return (self.high - self.low) << bits <= self.unit
 
-    def halve(self):
+    def halve(self) -> None:
+        """Keep the half of the interval that has the root."""
         middle = self.low + self.high
         self.low, self.high, self.unit = 2 * self.low, 2 * self.high, 2 * self.unit
-        # a simple root: the polynomial changes its sign there, and nowhere else in between
-        at_middle = _sign(_value(self.polynomial, middle, self.unit))
-        if at_middle in (0, _sign(_value(self.polynomial, self.high, self.unit))):
+        # The root is simple, so the polynomial changes its sign there, and nowhere else inside the
+        # interval.
+        at_middle = sign_of(value(self.polynomial, middle, self.unit))
+        if at_middle in (0, sign_of(value(self.polynomial, self.high, self.unit))):
             self.high = middle
             self._settle()
         else:
             self.low = middle
 
 
-def _trimmed(poly):
-    while poly and poly[-1] == 0:
-        poly.pop()
-    return poly
-
-
-def _add(a, b, sign=1):
-    n = max(len(a), len(b))
-    a, b = a + [0] * (n - len(a)), b + [0] * (n - len(b))
-    return _trimmed([x + sign * y for x, y in zip(a, b, strict=True)])
-
-
-def _times(a, b):
-    product = [0] * max(len(a) + len(b) - 1, 0)
-    for i, x in enumerate(a):
-        for j, y in enumerate(b):
-            product[i + j] += x * y
-    return _trimmed(product)
-
-
-def _cross(a, b):
-    return [_add(_times(a[j], b[k]), _times(a[k], b[j]), -1) for j, k in ((1, 2), (2, 0), (0, 1))]
-
-
-def _value(poly, number, unit):
-    """Of the polynomial at number / unit, times a power of unit."""
-    result, power = 0, 1
-    for coefficient in reversed(poly):
-        result = result * number + coefficient * power
-        power *= unit
-    return result
-
-
-def _sign(number):
-    return (number > 0) - (number < 0)
-
-
-def _primitive(poly):
-    divisor = gcd(*poly)
-    return [c // divisor for c in poly] if divisor > 1 else poly
-
-
-def _remainder(a, b):
-    """Of a by b, times a positive factor."""
-    rest, size, sign = list(a), abs(b[-1]), _sign(b[-1])
-    while len(rest) >= len(b):
-        factor = sign * rest[-1]
-        shift = len(rest) - len(b)
-        rest = [size * c for c in rest]
-        for i, c in enumerate(b):
-            rest[shift + i] -= factor * c
-        rest.pop()
-    return _primitive(_trimmed(rest))
-
-
-def _quotient(a, b):
-    """Of a by a primitive divisor of it: integers again (Gauss's lemma)."""
-    rest, quotient = list(a), []
-    while len(rest) >= len(b):
-        quotient.append(rest[-1] // b[-1])
-        for i in range(1, len(b) + 1):
-            rest[-i] -= quotient[-1] * b[-i]
-        rest.pop()
-    return quotient[::-1]
-
-
-def _common(a, b):
-    """Greatest common divisor, but for a factor."""
-    while b:
-        a, b = b, _remainder(a, b)
-    return _primitive(a)
-
-
-def _derivative(poly):
-    return [i * c for i, c in enumerate(poly)][1:]
-
-
-def _sturm_chain(square_free):
-    chain = [square_free, _derivative(square_free)]
-    while chain[-1]:
-        chain.append([-c for c in _remainder(chain[-2], chain[-1])])
-    return chain[:-1]
-
-
-def _roots_between(chain, low, high, unit):
-    """How many roots in (low / unit, high / unit]."""
-    counts = []
-    for number in (low, high):
-        signs = [s for s in (_sign(_value(p, number, unit)) for p in chain) if s]
-        counts.append(sum(a != b for a, b in pairwise(signs)))
-    return counts[0] - counts[1]
-
-
-def roots_in_unit_interval(poly) -> list[AlgebraicTime]:
-    """The different roots of a polynomial that is not zero in [0, 1], in order."""
-    poly = _primitive(poly)
+def roots_in_unit_interval(poly: Polynomial) -> list[AlgebraicTime]:
+    """Return the different roots in [0, 1] of a polynomial that is not zero, in ascending order."""
+    poly = primitive(poly)
     if len(poly) > 2:
-        poly = _quotient(poly, _common(poly, _derivative(poly)))
-    chain = _sturm_chain(poly)
+        poly = quotient(poly, common_divisor(poly, derivative(poly)))
+    chain = sturm_chain(poly)
     found = []
     if poly[0] == 0:
         found.append(AlgebraicTime(poly, 0, 0, 1))
     parts = [(0, 1, 1)]
     while parts:
         low, high, unit = parts.pop()
-        count = _roots_between(chain, low, high, unit)
+        count = count_roots(chain, low, high, unit)
         if count == 1:
             found.append(AlgebraicTime(poly, low, high, unit))
         elif count > 1:
@@ -174,49 +124,32 @@ def roots_in_unit_interval(poly) -> list[AlgebraicTime]:
     return found
 
 
-def _bernstein(poly, low, high, unit):
-    """Bernstein coefficients on [low, high] / unit, times a positive factor."""
-    degree, width = len(poly) - 1, high - low
-    powers = [
-        sum(
-            poly[k] * comb(k, i) * low ** (k - i) * unit ** (degree - k)
-            for k in range(i, degree + 1)
-        )
-        * width**i
-        for i in range(degree + 1)
-    ]
-    binomials = [comb(degree, i) for i in range(degree + 1)]
-    factor = lcm(*binomials)
-    return [
-        sum(comb(j, i) * powers[i] * (factor // binomials[i]) for i in range(j + 1))
-        for j in range(degree + 1)
-    ]
-
-
-def sign_at(poly, time: AlgebraicTime) -> int:
-    """Sign of a polynomial at an algebraic time."""
+def sign_at(poly: Polynomial, time: AlgebraicTime) -> int:
+    """Return the sign of a polynomial at an algebraic time: -1, 0 or 1."""
     if not poly:
         return 0
     may_be_zero = True
     while time.low != time.high:
-        coefficients = _bernstein(poly, time.low, time.high, time.unit)
+        coefficients = bernstein(poly, time.low, time.high, time.unit)
         if min(coefficients) > 0 or max(coefficients) < 0:
-            return _sign(coefficients[0])
+            return sign_of(coefficients[0])
         if may_be_zero and time.is_narrower(ZERO_BITS):
-            common = _common(time.polynomial, poly)
+            common = common_divisor(time.polynomial, poly)
             if len(common) > 1:
-                chain = _sturm_chain(common)  # of a divisor of a square-free one
-                if _roots_between(chain, time.low, time.high, time.unit):
+                # it divides a polynomial without multiple roots, so it has none either
+                chain = sturm_chain(common)
+                if count_roots(chain, time.low, time.high, time.unit):
                     return 0
             may_be_zero = False
         time.halve()
-    return _sign(_value(poly, time.high, time.unit))
+    return sign_of(value(poly, time.high, time.unit))
 
 
-def _relative_nodes(start, end):
-    """e_1, e_2, e_3: three coordinates each, linear polynomials in t with integers.
+def _relative_nodes(start: Any, end: Any) -> list[list[Polynomial]]:
+    """Return e_1, e_2, e_3: three coordinates each, linear polynomials in t.
 
-    All coordinates times one power of two, which changes no answer.
+    All coordinates are multiplied by one power of two that makes them integers. This changes no
+    answer.
     """
     ratios = [
         [float(x).as_integer_ratio() for x in (*p, *q)] for p, q in zip(start, end, strict=True)
@@ -226,72 +159,85 @@ def _relative_nodes(start, end):
     nodes = []
     for row in rows[1:]:
         offset = [x - x0 for x, x0 in zip(row, rows[0], strict=True)]
-        nodes.append([_trimmed([a, b - a]) for a, b in zip(offset[:3], offset[3:], strict=True)])
+        nodes.append([trimmed([a, b - a]) for a, b in zip(offset[:3], offset[3:], strict=True)])
     return nodes
 
 
-def _collinear_meet(is_edge_edge, nodes, time):
-    """Whether collinear nodes meet: intervals on an axis along which the nodes differ."""
+def _collinear_meet(is_edge_edge: bool, nodes: list[list[Polynomial]], time: AlgebraicTime) -> bool:
+    """Return whether the pair meets at a time at which its nodes are collinear.
+
+    Along an axis in which the nodes differ, the sides are intervals. They are apart if all ends of
+    the second lie strictly on one side of all ends of the first.
+    """
     for axis in range(3):
         x1, x2, x3 = (node[axis] for node in nodes)
         if not any(sign_at(x, time) for x in (x1, x2, x3)):
             continue
-        ends_of_second = [x2, x3, _add(x2, x1, -1), _add(x3, x1, -1)]  # seen from the first's
-        differences = ends_of_second if is_edge_edge else [x1, x2, x3]
+        # the ends of the second side relative to those of the first, which are 0, or 0 and x1
+        differences = [x2, x3, add(x2, x1, -1), add(x3, x1, -1)] if is_edge_edge else [x1, x2, x3]
         signs = [sign_at(x, time) for x in differences]
         return min(signs) <= 0 <= max(signs)
-    return True  # all nodes in one point
+    return True  # all nodes are in one point
 
 
-def _coplanar_meet(is_edge_edge, nodes, turns, time):
-    """Whether the pair meets at a time at which its nodes are coplanar.
+def _coplanar_meet(
+    is_edge_edge: bool,
+    nodes: list[list[Polynomial]],
+    turns: list[list[Polynomial]],
+    time: AlgebraicTime,
+) -> bool:
+    """Return whether the pair meets at a time at which its nodes are coplanar.
 
-    Turns are twice the areas of three nodes, as vectors: (0 1 2), (0 2 3), (0 3 1), and
-    their sum (1 2 3). All are along the normal of the plane; seen along an axis in which
-    one is not zero, the plane is not seen edge-on, and signs are sides.
+    `turns` are the cross products that give twice the area of three nodes: of the nodes 0 1 2, of
+    0 2 3, of 0 3 1, and their sum, of 1 2 3. At this time all of them are along the normal of the
+    plane. Take an axis in which one of the first three is not zero. Seen along this axis, the plane
+    is not edge-on, so the signs of these coordinates say on which side of a line a node lies.
     """
     for axis in range(3):
         s012, s023, s031 = (sign_at(turn[axis], time) for turn in turns[:3])
         if s012 == s023 == s031 == 0:
             continue
         s123 = sign_at(turns[3][axis], time)
-        if is_edge_edge:  # the ends of each edge not strictly on one side of the other
+        if is_edge_edge:  # the ends of neither edge are strictly on one side of the other edge
             return s012 * s031 >= 0 >= s023 * s123
-        # the vertex on no wrong side of the face, which has an area
+        # the face has an area, and the vertex is strictly outside none of its edges
         return s123 != 0 and min(s012 * s123, s023 * s123, s031 * s123) >= 0
     return _collinear_meet(is_edge_edge, nodes, time)
 
 
-def first_meeting(is_edge_edge, start, end) -> float | None:
-    """When the two sides first have a point in common, exactly decided; None if never.
+def first_meeting(is_edge_edge: bool, start: Any, end: Any) -> float | None:
+    """Find when the two sides of a pair first have a point in common, decided exactly.
 
     Args:
-        is_edge_edge: two edges, or a vertex and a face.
-        start, end: positions of the four nodes at t = 0 and 1, finite floats: vertex then
-            face, or edge then edge. Sides may be degenerate.
+        is_edge_edge: True for two edges, False for a vertex and a face.
+        start: (4, 3) f8 [m], finite positions of the nodes at t = 0: the vertex, then the face; or
+            one edge, then the other. Sides may be degenerate.
+        end: (4, 3) f8 [m], their positions at t = 1.
 
     Returns:
-        A time in [0, 1], at most 2^-52 before the true one and never after it.
+        A time in [0, 1] that is at most 2^-52 before the true one and never after it; None if the
+        sides never meet.
     """
     nodes = e1, e2, e3 = _relative_nodes(start, end)
-    turns = [_cross(e1, e2), _cross(e2, e3), _cross(e3, e1)]
-    turns.append([_add(_add(a, b), c) for a, b, c in zip(*turns, strict=True)])
-    volume = []
+    turns = [cross(e1, e2), cross(e2, e3), cross(e3, e1)]
+    turns.append([add(add(a, b), c) for a, b, c in zip(*turns, strict=True)])
+    volume: Polynomial = []
     for x, turn in zip(e1, turns[1], strict=True):
-        volume = _add(volume, _times(x, turn))
+        volume = add(volume, multiply(x, turn))
     if volume:
         times = roots_in_unit_interval(volume)
     else:
-        differences = [_add(e[k], e1[k], -1) for e in (e2, e3) for k in range(3)]
+        # every polynomial whose sign `_coplanar_meet` may ask for
+        differences = [add(e[k], e1[k], -1) for e in (e2, e3) for k in range(3)]
         deciding = [p for vector in (*turns, *nodes) for p in vector] + differences
         times = [AlgebraicTime([], 0, 0, 1)]
         times += [time for p in deciding if p for time in roots_in_unit_interval(p)]
-    meeting = [_lower(t) for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
+    meeting = [_float_below(t) for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
     return min(meeting, default=None)
 
 
-def _lower(time):
-    """A float that is at most the time, and at most 2^-52 before it."""
+def _float_below(time: AlgebraicTime) -> float:
+    """Return a float that is not after the time, and at most 2^-52 before it."""
     while not time.is_narrower(TIME_BITS):
         time.halve()
     number = Fraction(time.low, time.unit)

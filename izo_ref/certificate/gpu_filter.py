@@ -1,23 +1,32 @@
-"""The filter of the path certificate on the device."""
+"""The filter of the path certificate on a GPU."""
+
+from collections.abc import Set
 
 import numpy as np
 
+from izo_ref.base.arrays import Flags, Positions
 from izo_ref.base.gpu_arrays import empty, to_cpu, to_gpu
 from izo_ref.base.gpu_impacts import impacts_to_cpu
+from izo_ref.base.records import Impacts, PairCounts, SceneArrays
 from izo_ref.certificate.cuda import meetings as kernels
 from izo_ref.detection.gpu_detector import Detector
 
 
-def filter_path(scene, positions, rules):
-    """Pairs of a path that are not proved apart, from new trees of boxes and over all pairs.
+def filter_path(
+    scene: SceneArrays, positions: Positions, rules: Set[str]
+) -> tuple[Impacts, Flags, PairCounts]:
+    """Find the pairs of a path that are not proved apart.
+
+    The detection is a new one, with new trees, over all pairs.
 
     Args:
-        scene: `Scene`, gives the start.
-        positions: (n_vertices, 3) f8 [m], end of the path.
-        rules: not used; the device looks at every pair.
+        scene: The scene, which gives the start, the mesh and the pairs to ignore.
+        positions: (n_vertices, 3) f8 [m], end of the path, on the CPU.
+        rules: Not used; a GPU looks at every pair.
 
     Returns:
-        `Impacts`; (n,) b1, those that certainly meet; `PairCounts`. All on the processor.
+        The pairs as `Impacts`; which of them certainly meet, (n,) b1; and the counts of the
+        detection. All are on the CPU.
     """
     detector, end = Detector(scene, counts_proofs=True), to_gpu(positions)
     found = detector.find(end)

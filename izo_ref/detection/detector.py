@@ -15,9 +15,9 @@ from izo_ref.detection.trees import Elements, vertex_boxes
 
 # A vertex that left its reach gets a new one, as large as its move since the last detection: the
 # loop converges, so it will hardly move as far again soon. A vertex that moved by more than this
-# fraction of an edge gets no reach, because too many pairs would be near it. The detections of
-# armadillo-rollers and cloth-ball-clean together take 8.3 and 13.5 CPU s; with a fraction of a
-# tenth 9.0 and 15.3; without any reach 11.1 and 21.9.
+# fraction of an edge gets no reach, because too many pairs would be near it. All detections of
+# armadillo-rollers take 8.3 CPU s, and all of cloth-ball-clean 13.5. With a fraction of a tenth
+# they take 9.0 and 15.3, and without any reach 11.1 and 21.9.
 FAR_REACH = 0.03
 
 

@@ -25,7 +25,7 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
         OptionError: `device` has another value.
         DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
 
-    Source: SPEC section 1; the proof is in `detection/formulas/advance.py`.
+    Source: docs/method section 1; the proof is in `detection/formulas/advance.py`.
     """
     find = implementation(
         choose_device(device, scene), _find_on_cpu, "izo_ref.detection.gpu_detector:find_impacts"

@@ -1,4 +1,4 @@
-"""The step of the outer loop on the CPU (SPEC section 6).
+"""The step of the outer loop on the CPU (docs/method section 6).
 
 `step.py` says what each method does; `gpu_step.py` is the same on a GPU.
 """

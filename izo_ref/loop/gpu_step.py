@@ -41,8 +41,8 @@ from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.cuda import step as kernels
 from izo_ref.loop.step import Step
 from izo_ref.solvers.cuda import zones as zone_kernels
-from izo_ref.solvers.gpu_solve import GpuConstraints, solve_zones
-from izo_ref.solvers.gpu_variables import Members
+from izo_ref.solvers.gpu_constraints import GpuConstraints, Members
+from izo_ref.solvers.gpu_solve import solve_zones
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.gpu_grouping import blocks_of, build_zones, choose_zones
 from izo_ref.zones.gpu_selection import select_impacts

@@ -1,4 +1,4 @@
-"""The outer loop: detect, select, group, solve, until the path is free (SPEC section 6)."""
+"""The outer loop: detect, select, group, solve, until the path is free (docs/method section 6)."""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ def resolve(
         DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
         DeviceMemoryError: The GPU has less free memory than the step needs.
 
-    Source: SPEC sections 6 and 7.
+    Source: docs/method sections 6 and 7.
     """
     options = options or Options()
     device = choose_device(device, scene)
@@ -208,7 +208,7 @@ def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> St
 
 
 def _relinearize(loop: Loop, options: Options) -> None:
-    """Take the normals again at the answer, as often as it pays (SPEC section 6)."""
+    """Take the normals again at the answer, as often as it pays (docs/method section 6)."""
     best = loop.step.objective()
     for number in range(1, options.relinearize + 1):
         saved = loop.step.save()

@@ -1,4 +1,7 @@
-"""The fail-safe: scale zones back toward the start until the path is free (SPEC section 6)."""
+"""The fail-safe: scale zones back toward the start until the path is free.
+
+Source: docs/method section 6.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The augmented-Lagrangian methods on a system of zones: scale, choose parameters, launch.
+"""The augmented-Lagrangian methods on a system of zones: convert, launch, convert back.
 
 `descend` runs them. The loop over the steps of one zone is in `solvers/serial/descent.py`.
 """
@@ -8,188 +8,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from izo_ref.base.arrays import (
-    AnyFloats,
-    AnyInts,
-    Floats,
-    Indices,
-    Ints,
-    Multipliers,
-    Offsets,
-)
+from izo_ref.base.arrays import AnyFloats, Floats, Ints, Multipliers
 from izo_ref.base.options import Options
 from izo_ref.solvers.cpu import lagrangian as kernels
-from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, choose_settings, preset_of
+from izo_ref.solvers.presets import choose_settings, preset_of
 from izo_ref.solvers.scaled_constraints import ScaledConstraints, SystemSolution
-from izo_ref.solvers.serial.descent import LBFGS, NEWTON, Settings
-from izo_ref.solvers.serial.directions.lbfgs import PAIRS
+from izo_ref.solvers.variables import Inputs, choose_variables, lay_out, make_inputs
 from izo_ref.zones.system import ZoneSystem
-
-# Memory of the directions that keep some: vectors as long as x, and single numbers.
-MEMORY = {LBFGS: (2 * PAIRS, 2 * PAIRS), NEWTON: (3, 0)}
-
-
-class Variables(NamedTuple):
-    """A system in the variables x of the solver, and the factors that lead back to metres and kg.
-
-    The constraints are c = s - A x <= 0. The objective is sum_i w_i x_i^2 / 2.
-    """
-
-    coefficients: Floats  # (n_impacts, 4) f8, 0 for pinned vertices
-    starts: Floats  # (n_impacts,) f8, s: the constraints at the proposed positions
-    metres: Floats  # (n_impacts,) f8 [m], violation if a constraint is 1
-    curvatures: Floats  # (n_unpinned,) f8, w
-    lengths: Floats  # (n_unpinned,) f8 [m], displacement if an unknown is 1
-    forces: Floats  # (n_impacts,) f8 [kg], multiplier in kg if a multiplier is 1
-    units: Floats  # (n_zones,) f8 [kg m^2], objective in kg m^2 if the objective is 1
-
-
-def _scaled_variables(system: ZoneSystem, constraints: ScaledConstraints) -> Variables:
-    """Return the scaled variables of SPEC section 5, each zone in units of its largest rhs.
-
-    In these variables every tolerance is relative.
-    """
-    begin, per_impact, per_vertex = _sizes(system)
-    largest = np.maximum.reduceat(np.abs(constraints.rhs), begin)
-    largest[largest == 0.0] = 1.0  # satisfied to the last bit: any unit will do
-    by_impact = np.repeat(largest, per_impact)
-    unpinned_masses = system.masses[: system.vertex_offsets[-1]]
-    return Variables(
-        np.where(constraints.unknowns < 0, 0.0, constraints.coefficients),
-        constraints.rhs / by_impact,
-        by_impact * constraints.lengths,
-        np.ones(len(unpinned_masses)),
-        np.repeat(largest, per_vertex) / np.sqrt(unpinned_masses),
-        by_impact / constraints.lengths,
-        largest**2,
-    )
-
-
-def _preset_variables(
-    system: ZoneSystem, constraints: ScaledConstraints, preset: Preset
-) -> Variables:
-    """Return displacements in metres, with the objective of a preset (SPEC section 4).
-
-    w_i is the mass m_i times a factor, which the preset's objective defines for each zone.
-    """
-    _, per_impact, per_vertex = _sizes(system)
-    unpinned_masses = system.masses[: system.vertex_offsets[-1]]
-    begin = system.vertex_offsets[:-1]
-    if preset.by_total_mass:  # sum m dx^2 / sum m
-        scale = 2.0 / np.add.reduceat(unpinned_masses, begin)
-    else:  # 1/2 mean(1/m) sum m dx^2
-        scale = np.add.reduceat(1.0 / unpinned_masses, begin) / per_vertex
-    relative = system.proposed[system.nodes] - system.proposed[system.nodes[:, :1]]
-    gaps = np.einsum("jk,jkx,jx->j", system.weights, relative, system.normals)
-    return Variables(
-        np.where(constraints.unknowns < 0, 0.0, system.weights),
-        system.thickness - gaps,
-        np.ones(len(system.nodes)),
-        np.repeat(scale, per_vertex) * unpinned_masses,
-        np.ones(len(unpinned_masses)),
-        1.0 / np.repeat(scale, per_impact),
-        1.0 / scale,
-    )
-
-
-def _sizes(system: ZoneSystem) -> tuple[Offsets, Indices, Indices]:
-    """Return the first impact, the number of impacts and of unpinned vertices of each zone."""
-    begin, per_impact = system.impact_offsets[:-1], np.diff(system.impact_offsets)
-    return begin, per_impact, np.diff(system.vertex_offsets)
-
-
-def _bound_coupling(
-    unknowns: Ints, coefficients: Floats, impact_offsets: Offsets, n_vertices: int
-) -> Floats:
-    """Return a bound of the largest eigenvalue of C C^T for each zone: its largest row sum."""
-    size = np.abs(coefficients)
-    on_vertex = np.zeros(n_vertices + 1)
-    np.add.at(on_vertex, unknowns.ravel(), size.ravel())
-    row_sums = np.where(unknowns >= 0, size * on_vertex[unknowns], 0.0).sum(axis=1)
-    # The diagonal of C C^T is 1. Row sums are less only if all vertices of an impact are pinned.
-    return np.maximum(np.maximum.reduceat(row_sums, impact_offsets[:-1]), 1.0)
-
-
-class Layout(NamedTuple):
-    """Where the numbers of each zone are.
-
-    x has a row for each unpinned vertex of a zone, and one more row at the end of the zone that
-    all its pinned vertices share.
-    """
-
-    nodes: AnyInts  # (n_impacts, 4) u4, where the coordinates of a vertex begin in its zone
-    entries: Indices  # (n_entries,) i8, 4 j + k for impact j of the system, vertex by vertex
-    entry_starts: Offsets  # (n_unpinned + n_zones + 1,) i8, where those of each row of x begin
-    unknown_offsets: Offsets  # (n_zones + 1,) i8, where x of each zone begins
-    memory_offsets: Offsets  # (n_zones + 1,) i8, where the memory of each zone's direction begins
-    place: Indices  # (n_unpinned, 3) i8, where the coordinates of a vertex are in x
-
-
-def _lay_out(system: ZoneSystem, constraints: ScaledConstraints, direction: int) -> Layout:
-    """Return where the numbers of each zone are."""
-    zones = np.arange(len(system.impact_offsets))
-    _, per_impact, per_vertex = _sizes(system)
-    first = np.repeat(system.vertex_offsets[:-1], per_impact)[:, None]
-    pinned = np.repeat(per_vertex, per_impact)[:, None]
-    nodes = 3 * np.where(constraints.unknowns < 0, pinned, constraints.unknowns - first)
-    unknown_offsets = 3 * (system.vertex_offsets + zones)
-    place = 3 * (np.arange(system.vertex_offsets[-1]) + np.repeat(zones[:-1], per_vertex))
-    vectors, numbers = MEMORY.get(direction, (0, 0))
-    memory_offsets = vectors * unknown_offsets + numbers * zones
-    place = place[:, None] + np.arange(3)
-    entries = _list_entries(system, constraints, unknown_offsets, nodes)
-    return Layout(nodes.astype(np.uint32), *entries, unknown_offsets, memory_offsets, place)
-
-
-def _list_entries(
-    system: ZoneSystem, constraints: ScaledConstraints, unknown_offsets: Offsets, nodes: Indices
-) -> tuple[Indices, Offsets]:
-    """Return the impacts of each unpinned vertex, ascending, and where those of each begin."""
-    _, per_impact, _ = _sizes(system)
-    entry = np.flatnonzero(constraints.unknowns >= 0)
-    vertex = (np.repeat(unknown_offsets[:-1], per_impact)[:, None] + nodes).ravel()[entry] // 3
-    counts = np.bincount(vertex, minlength=unknown_offsets[-1] // 3)
-    return entry[np.argsort(vertex, kind="stable")], np.concatenate(([0], np.cumsum(counts)))
-
-
-def _penalties(
-    system: ZoneSystem, options: Options, constraints: ScaledConstraints, preset: Preset | None
-) -> tuple[Floats, Floats, Floats]:
-    """Return mu at the start, the largest mu and the first step of each zone."""
-    ones = np.ones(len(system.impact_offsets) - 1)
-    if preset is not None:
-        first_steps = preset.step * ones + preset.step_per_vertex * np.diff(system.vertex_offsets)
-        return preset.mu * ones, preset.mu * ones, first_steps
-    coupling = _bound_coupling(
-        constraints.unknowns,
-        constraints.coefficients,
-        system.impact_offsets,
-        system.vertex_offsets[-1],
-    )
-    return *METHOD_PARAMETERS[options.method].penalties(options, coupling), ones
-
-
-class Inputs(NamedTuple):
-    """What the kernels read; `solvers/cpu/lagrangian.py` states shapes and types."""
-
-    zones: Indices
-    impact_offsets: Offsets
-    unknown_offsets: Offsets
-    memory_offsets: Offsets
-    nodes: AnyInts
-    coefficients: AnyFloats
-    entries: AnyInts
-    arms: AnyFloats
-    entry_starts: AnyInts
-    normals: AnyFloats
-    starts: AnyFloats
-    metres: AnyFloats
-    curvatures: AnyFloats
-    mus: Floats
-    mu_caps: Floats
-    first_steps: Floats
-    units: Floats
-    settings: Settings
 
 
 class Results(NamedTuple):
@@ -230,40 +55,6 @@ def run_on_cpu(inputs: Inputs, results: Results) -> None:
     kernels.solve_lagrangian(*inputs, *results, *(np.zeros(*array) for array in work))
 
 
-def _inputs(
-    system: ZoneSystem,
-    settings: Settings,
-    variables: Variables,
-    layout: Layout,
-    penalties: tuple[Floats, Floats, Floats],
-    dtype: Any,
-) -> Inputs:
-    """Return the inputs of the kernels, in the precision of the options."""
-    impacts, ks = np.divmod(layout.entries, 4)
-    firsts = np.repeat(system.impact_offsets[:-1], np.diff(system.impact_offsets))
-    arms = variables.coefficients[impacts, ks][:, None] * system.normals[impacts]
-    curvatures = np.ones(layout.unknown_offsets[-1], dtype)
-    curvatures[layout.place] = variables.curvatures[:, None]
-    return Inputs(
-        np.arange(len(variables.units)),
-        system.impact_offsets,
-        layout.unknown_offsets,
-        layout.memory_offsets,
-        layout.nodes,
-        variables.coefficients.astype(dtype),
-        (impacts - firsts[impacts]).astype(np.uint32),
-        arms.astype(dtype),
-        layout.entry_starts.astype(np.uint64),
-        system.normals.astype(dtype),
-        variables.starts.astype(dtype),
-        variables.metres.astype(dtype),
-        curvatures,
-        *penalties,
-        variables.units,
-        settings,
-    )
-
-
 def descend(
     system: ZoneSystem,
     options: Options,
@@ -282,17 +73,14 @@ def descend(
         trace: Whether to record the objective and the violation of the first zone.
         solve: Runs the kernel of the CPU or the kernels of a GPU.
 
-    Source: XRTailor documentation, "Impact Zone Optimization"; SPEC sections 3 and 4.
+    Source: XRTailor documentation, "Impact Zone Optimization"; docs/method sections 3 and 4.
     """
     n_zones = len(system.impact_offsets) - 1
     preset = preset_of(options)
     settings = choose_settings(options, system.thickness)
-    if preset is None:
-        variables = _scaled_variables(system, constraints)
-    else:
-        variables = _preset_variables(system, constraints, preset)
-    dtype, layout = np.dtype(options.precision), _lay_out(system, constraints, settings.direction)
-    penalties = _penalties(system, options, constraints, preset)
+    variables = choose_variables(system, constraints, preset)
+    layout = lay_out(system, constraints, settings.direction)
+    dtype = np.dtype(options.precision)
     results = Results(
         np.zeros(layout.unknown_offsets[-1], dtype),
         np.zeros(len(layout.nodes), dtype),
@@ -301,7 +89,7 @@ def descend(
         np.zeros(n_zones),
         np.zeros((n_zones, settings.max_steps if trace else 0, 2)),
     )
-    solve(_inputs(system, settings, variables, layout, penalties, dtype), results)
+    solve(make_inputs(system, options, constraints, settings, variables, layout), results)
     x, steps = results.x[layout.place], results.steps
     displacements = np.zeros_like(system.proposed)
     displacements[: len(x)] = variables.lengths[:, None] * x

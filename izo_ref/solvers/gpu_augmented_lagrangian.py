@@ -10,10 +10,11 @@ from izo_ref.base.cuda.thread_group import PARTS, WARP, shared_bytes
 from izo_ref.base.devices import count_resident_blocks
 from izo_ref.base.gpu_arrays import empty, flatnonzero, last_of, take, to_cpu, to_gpu, zeros
 from izo_ref.base.options import Options
-from izo_ref.solvers.augmented_lagrangian import Inputs, Results, work_space
+from izo_ref.solvers.augmented_lagrangian import Results, work_space
 from izo_ref.solvers.cuda import lagrangian as kernels
 from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
 from izo_ref.solvers.gpu_variables import VariablesOnGpu
+from izo_ref.solvers.variables import Inputs
 
 # Threads of a block for zones of few impacts, and for other zones. With more than 256 threads, a
 # thread has fewer registers than the kernel uses.

@@ -6,7 +6,10 @@ from izo_ref.base.arrays import GpuArray
 
 
 class GpuConstraints(NamedTuple):
-    """The constraints C z >= s of zones side by side in scaled variables (SPEC section 5)."""
+    """The constraints C z >= s of zones side by side, in scaled variables.
+
+    Source: docs/method section 5.
+    """
 
     impact_offsets: GpuArray  # (n_zones + 1,) i8
     vertex_offsets: GpuArray  # (n_zones + 1,) i8, unpinned vertices

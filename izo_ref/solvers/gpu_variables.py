@@ -1,6 +1,6 @@
 """Zones of the loop in the variables of the augmented-Lagrangian methods, on a GPU, and back.
 
-`augmented_lagrangian.py` does the same on the CPU. Here only some of the zones that lie side by
+`solvers/variables.py` does the same on the CPU. Here only some of the zones that lie side by
 side are chosen.
 """
 
@@ -22,11 +22,12 @@ from izo_ref.base.gpu_arrays import (
     to_gpu,
 )
 from izo_ref.base.options import Options
-from izo_ref.solvers.augmented_lagrangian import MEMORY, Inputs, Results
+from izo_ref.solvers.augmented_lagrangian import Results
 from izo_ref.solvers.cuda import variables as kernels
 from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
 from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, choose_settings, preset_of
-from izo_ref.solvers.serial.descent import Settings
+from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.variables import MEMORY, Inputs
 
 
 class _Converted(NamedTuple):
@@ -119,6 +120,7 @@ class VariablesOnGpu:
         return scales, first_steps
 
     def _convert_constraints(self) -> _Converted:
+        """Return the constraints in the variables of the solver."""
         constraints, m = self._constraints, self._constraints.rhs.shape[0]
         converted = _Converted(
             empty((m, 4), np.uint32),

@@ -1,6 +1,6 @@
 """Primal-dual interior-point method for one large zone.
 
-In scaled variables (SPEC section 5): minimise 1/2 |z|^2 subject to C z - w = s, w >= 0, with
+In scaled variables (docs/method section 5): minimise 1/2 |z|^2 subject to C z - w = s, w >= 0, with
 multipliers l >= 0 and z = C^T l. Each iteration takes a predictor and a corrector step with one
 sparse factorisation. It factors the smaller of two matrices:
 

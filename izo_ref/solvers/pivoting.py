@@ -1,8 +1,8 @@
 """Block pivoting for one large zone that was solved before with fewer impacts.
 
-In scaled variables (SPEC section 5) the multipliers minimise 1/2 |C^T u|^2 - s . u over u >= 0. Let
-F be the set of active constraints, those with a positive multiplier. The last solution nearly says
-what F is. Given F, one factorisation gives all multipliers:
+In scaled variables (docs/method section 5) the multipliers minimise 1/2 |C^T u|^2 - s . u over
+u >= 0. Let F be the set of active constraints, those with a positive multiplier. The last solution
+nearly says what F is. Given F, one factorisation gives all multipliers:
 
     (C_F C_F^T + rho) u_F = s_F + rho v_F,    u = 0 elsewhere.
 

@@ -12,8 +12,8 @@ import numpy as np
 from izo_ref.base.arrays import Floats
 from izo_ref.base.options import Options
 from izo_ref.solvers.serial import descent as codes
-from izo_ref.solvers.serial.descent import Settings
 from izo_ref.solvers.serial.line_search import BACKTRACKING, EXACT, WOLFE
+from izo_ref.solvers.serial.settings import Settings
 
 LINE_SEARCHES = {"exact": EXACT, "backtracking": BACKTRACKING, "wolfe": WOLFE}
 
@@ -35,9 +35,9 @@ class MethodParameters(NamedTuple):
     short, a large mu makes them few.
     """
 
-    direction: int  # a code of `serial/descent.py`
+    direction: int  # a code of `solvers/serial/descent.py`
     preconditioned: bool  # by the diagonal of the generalised Hessian
-    begin: int  # where line searches begin, a code of `serial/descent.py`
+    begin: int  # where line searches begin, a code of `solvers/serial/descent.py`
     wolfe: float  # c_2: 0.1 and 0.9 as in Nocedal and Wright, p. 34
     mu_every_step: float  # times 1 / (bound of |C C^T|); a penalty that grows begins at a tenth
     mu_inner_solve: float
@@ -88,7 +88,7 @@ GPU_METHOD: dict[str, Any] = {
 
 
 class Preset(NamedTuple):
-    """The parameters of another system (SPEC section 4)."""
+    """The parameters of another system (docs/method section 4)."""
 
     method: str
     by_total_mass: bool  # objective sum m dx^2 / sum m, instead of 1/2 mean(1/m) sum m dx^2
@@ -98,7 +98,7 @@ class Preset(NamedTuple):
     settings: dict[str, Any]  # fields of Settings that differ from FAITHFUL
 
 
-# The table of SPEC section 4 does not say everything. These choices are ours:
+# The table of docs/method section 4 does not say everything. These choices are ours:
 # arcsim: beta is that of Dai-Yuan and Hestenes-Stiefel; c_1 = 1e-4 and c_2 = 0.1 (Nocedal and
 #     Wright, p. 34); line searches begin at the minimum of the local quadratic model; eps_x and
 #     eps_g are compared with Euclidean norms; eps_f is relative to the largest of |L| before the
@@ -106,8 +106,8 @@ class Preset(NamedTuple):
 # icloth: c_1, shrink and growth as in xrtailor; the first step is 1; the preconditioner is the
 #     diagonal of the generalised Hessian; the acceleration comes after the move and before the
 #     update of the multipliers. The acceleration begins anew (omega 1 for ten steps) if the last
-#     step points uphill. [4] of SPEC asks for a guard too: without one, rho = 0.9992 ends 1e7 m
-#     and more off on zones of 4 to 16 impacts.
+#     step points uphill. Wang and Yang (2016) ask for a guard too: without one, rho = 0.9992
+#     ends 1e7 m and more off on zones of 4 to 16 impacts.
 # xrtailor: the nodes that the first step is multiplied by are the unpinned vertices of the zone.
 # All three: a zone begins at the proposed positions with multipliers 0. The method ends if a line
 # search shrinks its step to 1e-12 without the decrease that it wants.

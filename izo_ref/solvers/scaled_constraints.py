@@ -1,4 +1,4 @@
-"""The constraints of zones in scaled variables, without units (SPEC section 5).
+"""The constraints of zones in scaled variables, without units (docs/method section 5).
 
 The unknowns are z_i = sqrt(m_i) (x_i - y_i), with x the end positions and y the proposed ones. Each
 constraint is divided by the length of its row, so that the constraints are C z >= s with rows of
@@ -36,7 +36,7 @@ class ScaledConstraints(NamedTuple):
     coefficients: Floats  # (n_impacts, 4) f8
     rhs: Floats  # (n_impacts,) f8 [m kg^1/2], s
     lengths: Floats  # (n_impacts,) f8 [kg^-1/2], lengths of the rows before scaling
-    hopeless: Flags  # (n_impacts,) b1, violated, and every vertex of the impact is pinned
+    hopeless: Flags  # (n_impacts,) b1, violated, and no unpinned vertex can change it
 
 
 class LargeZone(NamedTuple):

@@ -39,7 +39,7 @@ from izo_ref.solvers.sweeps import sweep
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution, residuals
 from izo_ref.zones.system import ZoneSystem, problem_system
 
-# The name of a method, by its code. The first three codes are those of `serial/small_zone.py`.
+# The name of a method, by its code. `solvers/serial/small_zone.py` has the first three codes.
 METHOD_NAMES = np.array(
     ["closed-form", "block-pivot", "active-set", "interior-point", "apgs", "pivoting"]
 )
@@ -281,7 +281,7 @@ def solve_zone(
         OptionError: An option has a value that is not offered.
         DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
 
-    Source: SPEC sections 3 to 5.
+    Source: docs/method sections 3 to 5.
     """
     options = Options(
         method=method,

@@ -27,7 +27,7 @@ the active constraints J:
 Both bounds hold, so the smaller one is returned; infinity if neither can be computed. Equal impacts
 count as one constraint.
 
-Source: SPEC section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 9.1.2.
+Source: docs/method section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 9.1.2.
 """
 
 from __future__ import annotations

@@ -73,7 +73,7 @@ def build_zones(scene: SceneArrays, impacts: Impacts) -> Zones:
         The zones, sorted by their smallest unpinned vertex; the impacts of a zone keep the order
         in which they were given.
 
-    Source: SPEC section 2.
+    Source: docs/method section 2.
     """
     component = np.empty(len(impacts.nodes), np.int64)
     parent = np.empty(len(scene.pinned), np.int64)

@@ -39,7 +39,7 @@ class ZoneProblem:
         MassError: A mass is not positive.
         ThicknessError: The thickness is not a positive, finite number.
 
-    Source: SPEC sections 1 and 5.
+    Source: docs/method sections 1 and 5.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multiplie
     Returns:
         The residuals.
 
-    Source: SPEC section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
+    Source: docs/method section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
     """
     if not (np.isfinite(positions).all() and np.isfinite(multipliers).all()):
         return Residuals(*[math.inf] * 6, violation_floor=0.0, gap_floor=0.0)

@@ -1,4 +1,4 @@
-"""Select which of the impacts found enter the zones (SPEC section 6)."""
+"""Select which of the impacts found enter the zones (docs/method section 6)."""
 
 from __future__ import annotations
 

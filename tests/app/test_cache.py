@@ -1,4 +1,4 @@
-"""Compiled code on the disk."""
+"""Commands that show, fill and clear the compiled code on disk."""
 
 import subprocess
 import sys
@@ -11,7 +11,7 @@ from izo_ref.app.cli import main
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    """A folder of compiled code, and one of other sources beside it."""
+    """Make a folder of compiled code, and beside it one of older sources; return the first."""
     for name in ("now", "before"):
         (tmp_path / name / "serial_1").mkdir(parents=True)
         (tmp_path / name / "serial_1" / "dot.nbi").write_bytes(b"12345")
@@ -19,7 +19,7 @@ def folder(tmp_path, monkeypatch):
     return tmp_path / "now"
 
 
-def test_folders_are_shown(folder, capsys):
+def test_cache_show_lists_the_folders(folder, capsys):
     assert [(f.path.name, f.current, f.files, f.bytes) for f in cache.folders()] == [
         ("now", True, 1, 5),
         ("before", False, 1, 5),
@@ -30,7 +30,7 @@ def test_folders_are_shown(folder, capsys):
     assert said[1].endswith("of other sources or versions")
 
 
-def test_old_folders_are_cleared_and_then_all(folder, capsys):
+def test_cache_clear_removes_the_old_folders_or_all(folder, capsys):
     assert main(["cache", "clear", "--old"]) == 0
     assert folder.is_dir()
     assert not folder.with_name("before").exists()
@@ -39,17 +39,17 @@ def test_old_folders_are_cleared_and_then_all(folder, capsys):
     assert cache.folders() == []
 
 
-def test_tasks_that_there_are_not_are_refused(capsys):
+def test_unknown_tasks_are_refused(capsys):
     assert main(["cache", "fill", "nothing"]) == 2
     assert "'nothing'" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", cache.TASKS)
-def test_each_task_runs_and_ends_as_it_should(name):
+def test_each_task_runs(name):
     cache.run_task(name)
 
 
-def test_a_task_that_fails_says_so(monkeypatch):
+def test_a_failed_task_raises_an_error_with_its_name(monkeypatch):
     broken = subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"])
     monkeypatch.setattr(cache, "_start", lambda name: broken)
     with pytest.raises(RuntimeError, match="detection"):

@@ -1,3 +1,5 @@
+"""The command `izo`: its exit codes, what it prints, and the files that it writes."""
+
 import json
 import subprocess
 import sys
@@ -7,16 +9,18 @@ import pytest
 
 from izo_ref.app.cli import main
 from izo_ref.app.files import load_result, save_scene
-from tests.helpers.shapes import pinch, vertex_over_face
+from tests.helpers.shapes import pinched_sheet, vertex_over_face
 
 
 @pytest.fixture
 def step(tmp_path):
+    """Write a step in which one vertex falls through a face, and return the file."""
     save_scene(tmp_path / "step.npz", vertex_over_face())
     return tmp_path / "step.npz"
 
 
 def run(*arguments):
+    """Run the command in this process and return its exit code."""
     return main([str(a) for a in arguments])
 
 
@@ -25,7 +29,7 @@ def test_resolve_writes_positions_and_report(step, tmp_path, capsys):
     assert run("resolve", step, "-o", out, "--thickness", "0.1", "--json", report) == 0
     said = capsys.readouterr()
     assert said.out.startswith("FREE")
-    assert said.err == ""  # quiet when piped
+    assert said.err == ""  # no progress is printed where the output is not a terminal
     content = json.loads(report.read_text())
     assert content["status"] == "FREE"
     assert content["thickness_m"] == 0.1
@@ -37,14 +41,14 @@ def test_resolve_writes_positions_and_report(step, tmp_path, capsys):
     assert run("certify", step) == 1
 
 
-def test_detect_lists_pairs_and_says_not_free(step, tmp_path, capsys):
+def test_detect_lists_pairs_and_exits_with_one(step, tmp_path, capsys):
     assert run("detect", step, "--json", tmp_path / "found.json") == 1
     assert "vertex_face [3, 0, 1, 2] at t = 0.5" in capsys.readouterr().out
     found = json.loads((tmp_path / "found.json").read_text())
     assert found["vertex_face"] + found["edge_edge"] == len(found["first"])
 
 
-def test_plan_says_what_is_left_out(step, tmp_path, capsys):
+def test_plan_lists_what_is_left_out_and_why(step, tmp_path, capsys):
     assert run("plan", step, "--json", tmp_path / "plan.json") == 0
     said = capsys.readouterr().out
     rows = json.loads((tmp_path / "plan.json").read_text())["plan"]
@@ -52,8 +56,8 @@ def test_plan_says_what_is_left_out(step, tmp_path, capsys):
     assert "pairs at rest        none    still" in said
 
 
-def test_blocked_is_not_free(tmp_path, capsys):
-    save_scene(tmp_path / "step.npz", pinch(-0.05))
+def test_a_blocked_step_exits_with_one_and_says_when_pairs_meet(tmp_path, capsys):
+    save_scene(tmp_path / "step.npz", pinched_sheet(-0.05))
     out, report = tmp_path / "out.npz", tmp_path / "report.json"
     assert run("resolve", tmp_path / "step.npz", "-o", out, "--json", report) == 1
     assert "BLOCKED" in capsys.readouterr().out
@@ -81,20 +85,20 @@ def test_bad_input_exits_with_two_and_writes_nothing(step, tmp_path, capsys, arg
     assert not (tmp_path / "out.npz").exists()
 
 
-def test_a_bad_scene_is_bad_input(tmp_path, capsys):
+def test_a_bad_scene_exits_with_two(tmp_path, capsys):
     start = np.zeros((4, 3))
     np.savez(tmp_path / "bad.npz", positions_t0=start, positions_t1=start, faces=[[0, 1, 9]])
     assert run("detect", tmp_path / "bad.npz") == 2
     assert "IndexRangeError" in capsys.readouterr().err
 
 
-def test_unknown_words_exit_with_two():
+def test_unknown_options_exit_with_two():
     with pytest.raises(SystemExit) as caught:
         run("resolve", "--sideways")
     assert caught.value.code == 2
 
 
-def test_the_command_itself(step, tmp_path):
+def test_the_command_runs_as_a_process(step, tmp_path):
     command = [sys.executable, "-m", "izo_ref.app.cli", "certify", str(step)]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 1

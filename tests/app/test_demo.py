@@ -1,3 +1,5 @@
+"""The demo: its scene, its page and its pictures."""
+
 import re
 
 import numpy as np
@@ -8,7 +10,7 @@ from izo_ref.app.demo import demo_scene, write_demo
 from izo_ref.app.picture import draw
 
 
-def test_the_scene_is_what_it_says():
+def test_the_scene_has_the_documented_size_and_bodies():
     scene, body = demo_scene()
     assert 10_000 < len(scene.faces) < 20_000
     assert len(scene.faces) == 15_650
@@ -18,10 +20,11 @@ def test_the_scene_is_what_it_says():
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
+    """Write the demo once: the result and its page."""
     return write_demo(tmp_path_factory.mktemp("demo"))
 
 
-def test_it_is_free_and_all_files_are_there(written):
+def test_the_demo_ends_free_and_writes_all_files(written):
     result, page = written
     assert result.status is Status.FREE
     names = {p.name for p in page.parent.iterdir()}
@@ -52,11 +55,11 @@ def test_pictures_show_the_mesh_and_the_crossings(written):
     assert red["after"] == 0
 
 
-def test_what_stands_before_hides_what_stands_behind(tmp_path):
+def test_near_triangles_hide_those_behind_them(tmp_path):
     from PIL import Image
 
     near = np.array([[-1, -1, -1], [1, -1, -1], [0, -1, 1.0]])
-    positions = np.concatenate((near + (0, 2, 0), near))  # the farther one first, then last
+    positions = np.concatenate((near + (0, 2, 0), near))  # the first triangle is farther away
     for order in ([0, 1], [1, 0]):
         faces = np.array([[0, 1, 2], [3, 4, 5]])[order]
         colors = np.array([[200, 0, 0], [0, 0, 200]])[order]

@@ -1,3 +1,5 @@
+"""Files of steps and results: round trips, and messages about files that cannot be used."""
+
 import numpy as np
 import pytest
 
@@ -34,11 +36,12 @@ def test_masses_and_pinned_are_optional(tmp_path):
 
 
 def positions_only(positions):
+    """Return a saved result that has positions and no zones."""
     return SavedResult(positions, None, None, None)
 
 
 def test_a_result_survives_the_round_trip(tmp_path):
-    """With its zones, so that they can be judged again."""
+    """The zones are saved too, so that they can be judged again."""
     result = izo_ref.resolve(vertex_over_face(), 1e-3)
     save_result(tmp_path / "out.npz", result)
     again = load_result(tmp_path / "out.npz")
@@ -49,7 +52,7 @@ def test_a_result_survives_the_round_trip(tmp_path):
         np.testing.assert_array_equal(column, expected)
 
 
-def test_half_of_the_zones_is_an_error(tmp_path):
+def test_a_result_with_incomplete_zones_is_refused(tmp_path):
     result = izo_ref.resolve(vertex_over_face(), 1e-3)
     save_result(tmp_path / "out.npz", result)
     with np.load(tmp_path / "out.npz") as archive:
@@ -67,7 +70,7 @@ def test_half_of_the_zones_is_an_error(tmp_path):
 
 
 def test_positions_survive_the_round_trip(tmp_path):
-    save_result(tmp_path / "out", positions_only(np.eye(3)))  # no ending is added
+    save_result(tmp_path / "out", positions_only(np.eye(3)))  # numpy would add an ending
     np.testing.assert_array_equal(load_result(tmp_path / "out").positions, np.eye(3))
 
 
@@ -88,7 +91,7 @@ def test_unreadable_files_are_named(tmp_path):
         load_result(tmp_path / "objects.npz")
 
 
-def test_a_failed_write_leaves_what_was_there(tmp_path, monkeypatch):
+def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):
     path = tmp_path / "out.npz"
     save_result(path, positions_only(np.eye(3)))
 

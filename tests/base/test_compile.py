@@ -1,4 +1,4 @@
-"""Compiled code is kept on disk, keyed by everything it was made from."""
+"""Compiled code is kept on disk, in a folder named by everything that it was made from."""
 
 import os
 import shutil
@@ -14,6 +14,7 @@ PACKAGE = Path(izo_ref.__file__).parent
 
 
 def folder_of(root):
+    """Return the name of the cache folder that the package in `root` uses."""
     code = "import izo_ref.base.compile as j; print(j.CACHE_FOLDER.name)"
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True
@@ -55,7 +56,7 @@ def test_a_kernel_on_all_threads_and_one_alone_are_kept_apart(tmp_path):
     (tmp_path / "who.py").write_text(WHO)
     home = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
     env = os.environ | home | {"NUMBA_NUM_THREADS": "2"}
-    for _ in range(2):  # compiled, then from the disk
+    for _ in range(2):  # the first run compiles, the second one loads from disk
         done = subprocess.run(
             [sys.executable, "who.py"], cwd=tmp_path, env=env, capture_output=True, text=True
         )

@@ -1,3 +1,5 @@
+"""Intersections of simplices in exact arithmetic."""
+
 import numpy as np
 import pytest
 
@@ -29,7 +31,7 @@ def test_cases_worked_out_by_hand(first, second, expected):
     assert simplices_meet(second, first) is expected
 
 
-def test_a_point_made_from_weights_of_exact_sum_lies_in_the_face(rng):
+def test_a_point_made_from_exact_weights_lies_in_the_face(rng):
     for _ in range(20):
         face = rng.integers(-8, 8, (3, 3)).astype(float)
         w = rng.integers(0, 5, 2) / 16.0

@@ -1,3 +1,5 @@
+"""Options are checked when they are made."""
+
 import dataclasses
 import inspect
 
@@ -25,12 +27,12 @@ from izo_ref.base import errors
         ("max_steps", True),
     ],
 )
-def test_values_that_are_not_offered_are_named(name, value):
+def test_unknown_values_are_refused_and_named(name, value):
     with pytest.raises(errors.OptionError, match=name):
         Options(**{name: value})
 
 
-def test_options_are_frozen_and_by_name_only():
+def test_options_are_frozen_and_keyword_only():
     with pytest.raises(dataclasses.FrozenInstanceError):
         Options().selection = "all"
     with pytest.raises(TypeError):
@@ -38,12 +40,12 @@ def test_options_are_frozen_and_by_name_only():
 
 
 def test_every_option_is_explained():
-    text = inspect.getdoc(Options)  # Python 3.13 takes the indentation away, others do not
+    text = inspect.getdoc(Options)  # Python 3.13 alone removes the indentation from __doc__
     for field in dataclasses.fields(Options):
         assert f"\n    {field.name}: " in text
 
 
-def test_options_that_do_not_go_together_are_named():
+def test_options_that_contradict_each_other_are_refused():
     with pytest.raises(errors.OptionError, match="preset: 'icloth' is the method 'chebyshev'"):
         Options(preset="icloth", method="cg")
     with pytest.raises(errors.OptionError, match="precision: the method 'auto'"):

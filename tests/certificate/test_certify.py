@@ -1,3 +1,5 @@
+"""The certificate of a path: free, or the pairs that meet and when."""
+
 import numpy as np
 import pytest
 
@@ -6,7 +8,7 @@ from izo_ref.base import errors
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 
 
-def test_free_and_not_free():
+def test_a_certificate_says_free_or_names_the_meeting_pairs():
     scene = vertex_over_face()
     free = izo_ref.certify_path(scene, scene.positions_t0)
     assert free.free
@@ -19,7 +21,7 @@ def test_free_and_not_free():
     assert hit.candidates == hit.vertex_face + hit.edge_edge
 
 
-def test_a_vertex_pushed_through_by_a_hair_is_found():
+def test_a_vertex_pushed_through_by_a_nanometre_is_found():
     scene = vertex_over_face()
     end = scene.positions_t0.copy()
     for height, free in ((1e-9, True), (-1e-9, False), (0.0, False)):
@@ -28,7 +30,7 @@ def test_a_vertex_pushed_through_by_a_hair_is_found():
 
 
 def test_layers_that_swapped_are_found_though_both_ends_are_free():
-    """What a test of the end positions alone cannot see."""
+    """A check of the end positions alone cannot see this."""
     a, faces = grid(6)
     start = np.concatenate((a, a + (0.01, 0.02, 0.1)))
     end = np.concatenate((a + (0.0, 0.0, 0.2), a + (0.01, 0.02, 0.1)))
@@ -39,7 +41,7 @@ def test_layers_that_swapped_are_found_though_both_ends_are_free():
     assert certificate.time_free == pytest.approx(0.5)
 
 
-def test_it_finds_what_detection_finds(rng):
+def test_a_certificate_finds_the_pairs_that_detection_finds(rng):
     scene = two_sheets(rng)
     impacts = izo_ref.find_impacts(scene)
     certificate = izo_ref.certify_path(scene, scene.positions_t1)
@@ -48,7 +50,7 @@ def test_it_finds_what_detection_finds(rng):
 
 
 def test_a_flat_sheet_that_moves_as_one_is_proved_apart():
-    """Every pair of neighbours is coplanar at all times."""
+    """All pairs of neighbours are coplanar at all times."""
     a, faces = grid(12)
     c, s = np.cos(0.5), np.sin(0.5)
     turned = a @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]).T + (0.3, 0.2, 0.1)
@@ -57,7 +59,7 @@ def test_a_flat_sheet_that_moves_as_one_is_proved_apart():
     assert certificate.candidates > 1000
 
 
-def test_bad_positions():
+def test_bad_positions_are_refused():
     scene = vertex_over_face()
     with pytest.raises(errors.ShapeError, match="positions"):
         izo_ref.certify_path(scene, scene.positions_t0[:3])

@@ -1,3 +1,5 @@
+"""First meetings on a path in exact arithmetic."""
+
 from fractions import Fraction
 
 import numpy as np
@@ -5,10 +7,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base.exact import simplices_meet
-from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.certificate.exact_path import first_meeting, roots_in_unit_interval, sign_at
-from izo_ref.detection.formulas.advance import APART
-from tests.helpers.contacts import first_contact
 from tests.helpers.queries import SOURCES, queries_of
 from validation.oracles import path as path_oracle
 
@@ -18,11 +17,12 @@ FACE = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
 
 
 def path(start, end):
+    """Return both as arrays of floats."""
     return np.array(start, float), np.array(end, float)
 
 
 def test_roots_are_isolated_and_signs_there_are_exact():
-    """(2 t^2 - 1) (3 t - 1)^2 t: three different roots in [0, 1], one of them irrational."""
+    """(2 t^2 - 1) (3 t - 1)^2 t has three different roots in [0, 1], one of them irrational."""
     square = [-1, 0, 2]
     zero, rational, irrational = roots_in_unit_interval([0, -1, 6, -7, -12, 18])
     assert (zero.low, zero.high) == (0, 0)
@@ -30,7 +30,7 @@ def test_roots_are_isolated_and_signs_there_are_exact():
     assert Fraction(rational.high, rational.unit) >= Fraction(1, 3)
     assert sign_at([-1, 3], rational) == 0
     assert sign_at(square, irrational) == 0
-    assert sign_at([0, -1, 0, 2], irrational) == 0  # shares the root, and has two others
+    assert sign_at([0, -1, 0, 2], irrational) == 0  # shares this root, and has two others
     assert sign_at([-707106781, 10**9], irrational) == 1  # sqrt(1/2) = 0.70710678118...
     assert sign_at([-707106782, 10**9], irrational) == -1
     assert sign_at([], irrational) == 0
@@ -41,28 +41,28 @@ def test_roots_are_isolated_and_signs_there_are_exact():
 @pytest.mark.parametrize(
     ("is_edge_edge", "start", "end", "time"),
     [
-        # through the inside, at a time that floats hold and one that they do not
+        # through the inside, at a time that is a float and at one that is not
         (False, [[1, 1, 1], *FACE], [[1, 1, -1], *FACE], 0.5),
         (False, [[1, 1, 1], *FACE], [[1, 1, -2], *FACE], 1 / 3),
-        # onto the boundary, a corner; beside it and inside by half an ulp
+        # onto a side; onto a corner; outside of a side and inside of it by half an ulp
         (False, [[2, 2, 1], *FACE], [[2, 2, -1], *FACE], 0.5),
         (False, [[4, 0, 1], *FACE], [[4, 0, 0], *FACE], 1.0),
         (False, [[2, 2 + 2**-51, 1], *FACE], [[2, 2, -1], *FACE], None),
         (False, [[2, 2 - 2**-52, 1], *FACE], [[2, 2, -1], *FACE], 0.5),
-        # not quite there, and there at once
+        # stops just before the face; starts on the face
         (False, [[1, 1, 1], *FACE], [[1, 1, 5e-324], *FACE], None),
         (False, [[1, 1, 0], *FACE], [[1, 1, 1], *FACE], 0.0),
-        # a double root: the corners turn through a line, which holds the vertex or not
+        # a double root: the corners turn through a line that contains the vertex, or does not
         (False, [Z, LEFT, BACK, [0, 0, -1]], [Z, RIGHT, FRONT, [0, 0, -1]], 0.5),
         (False, [Z, LEFT, BACK, [0, 0, 1]], [Z, RIGHT, FRONT, [0, 0, 1]], None),
-        # in the plane all the time: into the side, past it
+        # in the plane of the face all the time: into its side, past it
         (False, [[-1, 1, 0], *FACE], [[1, 1, 0], *FACE], 0.5),
         (False, [[-1, 5, 0], *FACE], [[5, 5, 0], *FACE], None),
-        # on a line all the time, the face without area; all in one point
+        # on one line all the time, with a face that has no area; all in one point
         (False, [[-2, 0, 0], Z, X, [2, 0, 0]], [[2, 0, 0], Z, X, [2, 0, 0]], 0.5),
         (False, [[-2, 0, 0], Z, Z, Z], [[-1, 0, 0], Z, Z, Z], None),
         (False, [Z] * 4, [X] * 4, 0.0),
-        # edges: crossing, end on end, parallel, past each other, on one line, a point
+        # edges: crossing, end on end, parallel, past each other, on one line, without length
         (True, [LEFT, RIGHT, [0, -1, 0], Y], [[-1, 0, -1], [1, 0, -1], [0, -1, 0], Y], 0.5),
         (True, [[0, 0, 1], [1, 0, 1], Z, Y], [[0, 0, -1], [1, 0, -1], Z, Y], 0.5),
         (True, [[0, 0, 1], [1, 0, 1], Z, X], [[0, 0, -1], [1, 0, -1], Z, X], 0.5),
@@ -71,12 +71,12 @@ def test_roots_are_isolated_and_signs_there_are_exact():
         (True, [Z, Z, [2, 0, 0], [2, 1, 0]], [[4, 2, 0], [4, 2, 0], [2, 0, 0], [2, 1, 0]], 0.5),
     ],
 )  # fmt: skip
-def test_by_hand(is_edge_edge, start, end, time):
+def test_meeting_times_are_those_worked_out_by_hand(is_edge_edge, start, end, time):
     assert first_meeting(is_edge_edge, *path(start, end)) == time
 
 
-def test_it_agrees_with_another_exact_oracle_on_small_integers(rng):
-    """Small integers hit every degenerate case."""
+def test_small_integer_pairs_are_decided_as_by_another_exact_oracle(rng):
+    """Pairs with small integers include every degenerate case."""
     met = 0
     for _ in range(1500):
         is_edge_edge = bool(rng.integers(2))
@@ -85,9 +85,9 @@ def test_it_agrees_with_another_exact_oracle_on_small_integers(rng):
         time = first_meeting(is_edge_edge, start, end)
         assert (time is not None) == expected, (is_edge_edge, start, end)
         met += expected
-        # and with hulls at rest, at one moment
+        # Compare with the hulls at rest at one moment.
         moment = Fraction(int(rng.integers(5)), 4)
-        at = (1 - float(moment)) * start + float(moment) * end  # exact: multiples of 1/4
+        at = (1 - float(moment)) * start + float(moment) * end  # exact, in multiples of 1/4
         split = 2 if is_edge_edge else 1
         if simplices_meet(at[:split], at[split:]):
             assert time is not None
@@ -96,45 +96,11 @@ def test_it_agrees_with_another_exact_oracle_on_small_integers(rng):
 
 
 @pytest.mark.parametrize("source", SOURCES)
-def test_no_false_answer_on_any_query(source, rng):
+def test_every_query_gets_its_known_answer(source, rng):
     queries = queries_of(source, rng)
     for i, (vertices, truth) in enumerate(zip(queries.vertices, queries.truth, strict=True)):
         time = first_meeting(bool(queries.is_edge_edge[i]), vertices[:4], vertices[4:])
         assert (time is not None) == truth, f"query {i}, {queries.names[i]}"
-
-
-def certain(is_edge_edge, start, end, toi):
-    meets = np.empty(1, bool)
-    nodes = np.arange(4, dtype=np.int32)[None]
-    decide_meetings(start, end, nodes, np.array([is_edge_edge]), np.array([toi]), meets)
-    return bool(meets[0])
-
-
-def test_certain_meetings_are_true_and_few_are_left_open(rng):
-    met = certainly = 0
-    for _ in range(3000):
-        is_edge_edge = bool(rng.integers(2))
-        start, end = 10.0 ** rng.integers(-3, 3) * rng.normal(size=(2, 4, 3)) + rng.normal(size=3)
-        status, toi, _, _ = first_contact(is_edge_edge, start, end)
-        if status == APART:
-            continue
-        time = first_meeting(is_edge_edge, start, end)
-        met += time is not None
-        if certain(is_edge_edge, start, end, toi):
-            certainly += 1
-            assert time is not None
-            assert toi <= time <= toi + 1e-9
-    assert met > 300
-    assert certainly >= met - 2
-
-
-def test_nothing_is_certain_of_pairs_that_touch_or_nearly_do(rng):
-    """On the boundary of the face to an ulp: exact arithmetic has to say which."""
-    start = np.array([[2, 2, 1], *FACE], float)
-    for _ in range(200):
-        end = start.copy()
-        end[0] = 2 + rng.integers(-4, 5) * 2.0**-52, 2 - rng.integers(-4, 5) * 2.0**-52, -1
-        assert not certain(False, start, end, 0.5)
 
 
 def test_a_certificate_decides_what_floats_cannot():

@@ -1,4 +1,4 @@
-"""Every kernel of the device is compiled for one, and fits into its registers."""
+"""Every CUDA kernel compiles for each capability, and its numbers fit into registers."""
 
 from importlib.util import find_spec
 
@@ -25,7 +25,7 @@ CASES = [
 def test_kernels_need_no_memory_of_a_thread(name, kernel, signature, capability):
     built = ptx.build(kernel, signature, capability)
     assert built.registers > 0
-    # no more than some hundred numbers of a thread, where there is a reason
+    # Kernels in FRAMES have a reason to keep a few hundred numbers of a thread in memory.
     assert built.stack_bytes <= (FRAME_BYTES if name in ptx.FRAMES else 0)
     assert built.spilled_bytes <= (SPILLED_BYTES if name in ptx.FRAMES else 0)
 

@@ -1,4 +1,4 @@
-"""Kernels of the device in Python, on tiny scenes: tests/simulated, in a process of its own."""
+"""Runs tests/simulated in a separate process, in which CUDA kernels run in Python."""
 
 import os
 import subprocess

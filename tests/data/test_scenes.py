@@ -1,4 +1,4 @@
-"""The scenes of `data/scenes`: what is stored, and what izo_ref makes of it."""
+"""The scenes of `data/scenes`: what is stored, and what izo_ref finds in them."""
 
 import subprocess
 import sys
@@ -13,16 +13,16 @@ from validation.oracles.pairs import meeting_pairs
 from validation.scenes import stored
 
 NAMES = stored.names()
-KINDS = {  # at least one scene for each of these has to be there
+KINDS = {  # each of these scenes has to be there
     "cloth-on-sphere", "sheets", "stack", "crumple", "pinch-free", "pinch-blocked",
     "moving-obstacle", "mass-ratios", "sleeve",
 }  # fmt: skip
-# Scenes whose pairs the exact oracle finds again here, in two seconds together.
+# The exact oracle computes the pairs of these scenes again, in two seconds together.
 RECOMPUTED = ("at-rest", "pinch-free")
 LARGEST_FILE, LARGEST_SUM = 200_000, 1_500_000  # [bytes]
-# Times of impact are rounded towards t = 0, on these scenes by 2.8e-12 at most.
+# Times of impact are rounded towards t = 0; on these scenes by at most 2.8e-12, as measured.
 EARLY = 1e-10
-SAME = 1e-6  # relative; objectives of two machines may differ in their last digits
+SAME = 1e-6  # relative difference; two machines may differ in the last digits of an objective
 STEP_NUMBERS = [
     pytest.param(name, number, id=name if len(facts["steps"]) == 1 else f"{name}-{number}")
     for name, facts in stored.index().items()
@@ -31,11 +31,12 @@ STEP_NUMBERS = [
 
 
 def step_facts(name, number):
+    """Return what the index says of one step."""
     return stored.index()[name]["steps"][number]
 
 
 def true_pairs(name, number):
-    """{pair: exact time} of one step."""
+    """Return {pair: exact time} of one step."""
     arrays, pairs = stored.load(name), {}
     for kind in ("vf", "ee"):
         nodes, times = arrays[f"true_{kind}"], arrays[f"true_{kind}_time"]
@@ -47,7 +48,7 @@ def true_pairs(name, number):
 
 
 def proposed_step(name, number):
-    """The step as it is stored; pairs that intersect at its start are left out."""
+    """Return the stored step; pairs that intersect at its start are excluded."""
     if name in own_scenes.STEPS:
         return own_scenes.scene(name)
     arrays = stored.load(name)
@@ -72,7 +73,7 @@ def test_the_scenes_are_there_and_small():
 
 
 def test_the_recipes_make_the_stored_meshes_bit_for_bit():
-    """As a newcomer runs it: from another folder, and without izo_ref."""
+    """The command runs as a newcomer would run it, from another folder and without izo_ref."""
     file = str(stored.FOLDER / "make.py")
     command = [sys.executable, "-X", "importtime", file, "--check"]
     done = subprocess.run(
@@ -143,7 +144,7 @@ def test_detection_finds_the_true_pairs_and_no_other(name, number):
 
 
 @pytest.mark.parametrize(("name", "number"), STEP_NUMBERS)
-def test_the_certificate_of_the_proposal_names_the_true_pairs(name, number):
+def test_the_certificate_of_the_proposed_path_names_the_true_pairs(name, number):
     scene = proposed_step(name, number)
     certificate = izo_ref.certify_path(scene, scene.positions_t1)
     meeting = {own_scenes.pair_key(*pair) for pair in zip(*certificate.meeting, strict=True)}
@@ -159,7 +160,7 @@ def test_the_certificate_of_the_proposal_names_the_true_pairs(name, number):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_answer_is_the_recorded_one(name):
+def test_resolve_gives_the_recorded_answer(name):
     for (scene, result), facts in zip(
         own_scenes.results(name), stored.index()[name]["steps"], strict=True
     ):
@@ -179,7 +180,7 @@ def test_the_answer_is_the_recorded_one(name):
 
 
 def test_the_oracle_finds_the_path_to_an_answer_free():
-    """Most answers are judged when the truth is made; this one each time."""
+    """Most answers are judged when the truth is made; this one is judged in each run."""
     result = own_scenes.result("at-rest")
     scene = own_scenes.scene("at-rest")
     met = meeting_pairs(scene.positions_t0, result.positions, scene.faces)
@@ -204,7 +205,7 @@ def test_the_blocked_scene_says_which_pinned_pairs_meet_and_when():
 
 
 def test_the_swapped_sheets_are_free_at_both_ends():
-    """A check of the ends alone would pass this proposal."""
+    """A check of start and end alone would pass this path."""
     from validation.oracles.fcl import crossing_faces
 
     scene = own_scenes.scene("swapped")

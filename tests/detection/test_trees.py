@@ -1,23 +1,31 @@
+"""Trees of moving boxes: which pairs of elements they find."""
+
 import numpy as np
 import pytest
 
 import izo_ref
 from izo_ref.base.mesh import edges_of
 from izo_ref.detection import trees as broad
+from izo_ref.detection.serial.tree import box_of, meeting_lanes
 from izo_ref.detection.trees import Elements, meeting_pairs, vertex_boxes
 from tests.helpers.shapes import grid, two_sheets
 from tests.naive.groups import moving_box_pairs
 
 DTYPES = [np.float32, np.float64]
+AXES_AND_SIDES = [(axis, side) for axis in range(3) for side in (-1.0, 1.0)]
 
 
 def mesh(rng, n):
+    """Return start, end and faces of a crumpled sheet of n x n vertices."""
     start, faces = grid(n, jitter=0.1 * rng.normal(size=(n * n, 3)))
     return start, start + 0.1 * rng.normal(size=start.shape), faces.astype(np.int32)
 
 
 def trees(start, end, *nodes, moved=None, dtype=np.float32):
-    """Trees of elements on the way, all looked at, or those with a moved vertex."""
+    """Return a tree for each array of elements.
+
+    All elements issue queries, or, if `moved` is given, those with a moved vertex.
+    """
     boxes = vertex_boxes(start, end, end, dtype)
     elements = [Elements(part, start, dtype=dtype) for part in nodes]
     for part in elements:
@@ -28,6 +36,7 @@ def trees(start, end, *nodes, moved=None, dtype=np.float32):
 
 
 def found(a, b):
+    """Return the set of pairs that two trees find, and check that none comes twice."""
     pairs = meeting_pairs(a, b)
     rows = np.column_stack((a.tree.order[pairs[:, 0]], b.tree.order[pairs[:, 1]]))
     if a is b:
@@ -38,7 +47,7 @@ def found(a, b):
 
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("n", [2, 3, 6, 9, 16])
-def test_pairs_are_those_of_all_against_all(rng, n, dtype):
+def test_pairs_are_those_of_a_search_of_all_against_all(rng, n, dtype):
     start, end, faces = mesh(rng, n)
     edges = edges_of(faces)
     vertices = np.arange(len(start), dtype=np.int32)[:, None]
@@ -53,7 +62,7 @@ def test_pairs_are_those_of_all_against_all(rng, n, dtype):
     [(1e-310, 0.0), (1e-30, 1e3), (1.0, 0.0), (1.0, 1e3), (1.0, 1e9), (1e30, 1e9), (1e306, 0.0)],
 )
 def test_no_pair_is_lost_by_rounding(rng, scale, shift, dtype):
-    """Far from the origin most coordinates are the same in float32: more pairs then, not fewer."""
+    """Far from the origin, many coordinates are equal in float32: that may only add pairs."""
     start, end, faces = mesh(rng, 5)
     start, end = (start + shift) * scale, (end + shift) * scale
     edges = edges_of(faces)
@@ -62,8 +71,8 @@ def test_no_pair_is_lost_by_rounding(rng, scale, shift, dtype):
 
 
 @pytest.mark.parametrize("where", ["start", "end", "both"])
-def test_an_axis_tells_apart_only_if_it_does_all_the_time(where):
-    """Two vertices and a face that pass each other, or that are apart at one end alone."""
+def test_an_axis_separates_boxes_only_if_it_does_so_at_both_ends(where):
+    """The vertex passes the face upwards or downwards, or stays below it at both ends."""
     below, above = np.array([0.2, 0.2, -1.0]), np.array([0.2, 0.2, 1.0])
     face = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
     first = above if where == "end" else below
@@ -73,7 +82,7 @@ def test_an_axis_tells_apart_only_if_it_does_all_the_time(where):
     assert found(v, f) == (set() if where == "both" else {(0, 0)})
 
 
-def test_vertices_end_anywhere_in_their_reach(rng):
+def test_pairs_cover_every_end_within_the_reach(rng):
     start, end, faces = mesh(rng, 6)
     edges = edges_of(faces)
     reach = 0.05 * rng.random((len(start), 1))
@@ -118,17 +127,17 @@ def test_boxes_that_only_touch_meet(dtype):
     edges = np.array([[0, 1], [2, 3]], np.int32)
     (elements,) = trees(start, start, edges, dtype=dtype)
     assert found(elements, elements) == {(0, 1)}
-    start[2, 0] = np.nextafter(1.0, 2.0)  # the centre is subtracted first
+    start[2, 0] = np.nextafter(1.0, 2.0)  # one ulp; the centre is subtracted before rounding
     (elements,) = trees(start, start, edges, dtype=dtype)
     assert found(elements, elements) == set()
 
 
-def test_nothing_in_nothing_out():
+def test_an_empty_tree_has_no_pairs():
     (empty,) = trees(np.empty((0, 3)), np.empty((0, 3)), np.empty((0, 2), np.int32))
     assert found(empty, empty) == set()
 
 
-def test_some_of_the_elements(rng):
+def test_a_tree_of_chosen_elements_finds_their_pairs_alone(rng):
     start, end, faces = mesh(rng, 6)
     edges = edges_of(faces)
     ids = np.flatnonzero(rng.random(len(edges)) < 0.5)
@@ -145,10 +154,25 @@ def test_each_chunk_is_searched_once(n):
 
 
 @pytest.mark.parametrize("room", [0, 1, 7])
-def test_what_finds_no_room_is_found_all_the_same(rng, monkeypatch, room):
+def test_pairs_beyond_the_reserved_room_are_found(rng, monkeypatch, room):
     scene = two_sheets(rng)
     expected = izo_ref.find_impacts(scene)
     assert len(expected.toi) > 100
     monkeypatch.setattr(broad, "ROOM", room)
     for a, b in zip(expected, izo_ref.find_impacts(scene), strict=True):
         np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize(("axis", "side"), AXES_AND_SIDES)
+@pytest.mark.parametrize("times", [(0, 6), (6, 0)], ids=["apart at the start", "at the end"])
+def test_boxes_that_touch_meet_along_each_axis_from_both_sides(axis, side, dtype, times):
+    block = np.empty((1, 12, 8), dtype)
+    block[0] = np.array([0.0, 0, 0, 1, 1, 1] * 2, dtype)[:, None]
+    for row in range(axis, 12, 3):
+        block[0, row, 5] += side
+    for time in times:
+        inner = axis + time + (0 if side > 0.0 else 3)  # the side of the box that touches
+        assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255
+        block[0, inner, 5] = np.nextafter(block[0, inner, 5], dtype(2.0 * side))
+    assert meeting_lanes(box_of(block, 0, 0), block, 0) == 255 - 32

@@ -1,4 +1,7 @@
-"""A launch whose blocks wait for each other; the simulator runs one block after the other."""
+"""Run the blocks of a simulated kernel at the same time, so that they can wait for each other.
+
+The CUDA simulator itself runs one block after the other.
+"""
 
 import threading
 from contextlib import contextmanager
@@ -7,12 +10,12 @@ from unittest.mock import patch
 import numpy as np
 from numba.cuda.simulator import kernel, kernelapi
 
-TIMEOUT_S = 60.0  # of a wait that not all come to
+TIMEOUT_S = 60.0  # a wait that some threads never reach fails after this time
 
 
 @contextmanager
 def blocks_together(function):
-    """Blocks of the kernel of this function run at the same time, each with shared memory."""
+    """Run all blocks of the kernel of this function at once, each with its own shared memory."""
     run_block, make_shared = kernel.BlockManager.run, kernelapi.FakeCUDAShared.array
     launch = {}
 
@@ -34,6 +37,7 @@ def blocks_together(function):
                 raise launch["failed"][0]
 
     def attempt(*arguments):
+        """Run one block, keep its error, and release the others."""
         try:
             run_block(*arguments)
         except Exception as error:

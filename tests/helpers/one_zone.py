@@ -1,4 +1,4 @@
-"""One zone as the compiled functions take it, from a `ZoneProblem`, in metres."""
+"""One zone in the form that the compiled functions take, built from a `ZoneProblem`, in metres."""
 
 import numpy as np
 
@@ -10,12 +10,25 @@ from tests.naive.qp import dense_rows
 
 
 def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
-    """(Zone, dense rows); x (n, 3) from the proposed positions, kappa (n,)."""
+    """Return the `Zone` of a problem, and its constraints as dense rows.
+
+    Args:
+        problem: `ZoneProblem` of n vertices and m impacts.
+        kappa: (n,) weights of the objective sum kappa |x|^2.
+        x: (n, 3) displacements from the proposed positions [m].
+        multipliers: (m,).
+        memory: number of vectors that the methods may store.
+        dtype: of the floating-point arrays.
+
+    Returns:
+        The zone, and rows (m, 3 n).
+    """
     n, m = len(problem.masses), len(problem.nodes)
     rows = dense_rows(problem.nodes, problem.weights, problem.normals, n)
     starts = problem.thickness - rows @ problem.proposed.ravel()
 
     def unknowns(values, last):
+        """Append the three numbers of the vertex that stands for all pinned ones."""
         return np.append(np.ravel(values), [last] * 3).astype(dtype)
 
     moved = unknowns(x, 0.0)
@@ -45,12 +58,24 @@ def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
 
 
 def settings(**changes):
-    """Settings of the loop as gradient descent has them, but for the changes."""
+    """Return the settings of gradient descent with the given changes."""
     return choose_settings(Options(method="gradient"), 1e-3)._replace(**changes)
 
 
 def value(problem, rows, kappa, mu, x, multipliers):
-    """Page eq. 11, literally; x (3 n,) from the proposed positions."""
+    """Evaluate the augmented Lagrangian literally.
+
+    Args:
+        problem: `ZoneProblem`.
+        rows: (m, 3 n) dense constraints.
+        kappa: (n,) weights of the objective.
+        mu: penalty.
+        x: (3 n,) displacements from the proposed positions [m].
+        multipliers: (m,).
+
+    Source:
+        Page eq. 11.
+    """
     c = problem.thickness - rows @ (problem.proposed.ravel() + x)
     pushed = np.maximum(c + multipliers / mu, 0.0)
     penalty = 0.5 * mu * np.sum(pushed**2) - np.sum(multipliers**2) / (2.0 * mu)

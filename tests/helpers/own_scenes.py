@@ -1,4 +1,4 @@
-"""The scenes of `data/scenes`, read and resolved once for all tests of a run."""
+"""The scenes of `data/scenes`; each is read and resolved once for all tests of a run."""
 
 from functools import cache
 from typing import Any
@@ -14,7 +14,7 @@ FREE_STEPS = stored.names("step", "FREE")
 
 @cache
 def scene(name) -> izo_ref.Scene:
-    """A scene of the kind `step`; tests must not change it."""
+    """Return a scene of the kind `step`; tests must not change it."""
     return stored.load_step(name)
 
 
@@ -26,7 +26,7 @@ def result(name) -> izo_ref.Result:
 
 @cache
 def sequence_results(name) -> list[tuple[izo_ref.Scene, izo_ref.Result]]:
-    """Resolve a sequence frame by frame; each step starts where the one before ended."""
+    """Resolve a sequence frame by frame; each step starts where the previous one ended."""
     arrays = stored.load(name)
     start, steps = arrays["positions"][0], []
     for end in arrays["positions"][1:]:
@@ -37,13 +37,13 @@ def sequence_results(name) -> list[tuple[izo_ref.Scene, izo_ref.Result]]:
 
 
 def results(name) -> list[tuple[izo_ref.Scene, izo_ref.Result]]:
-    """The resolved steps of a scene of either kind."""
+    """Return the resolved steps of a scene of either kind."""
     return [(scene(name), result(name))] if name in STEPS else sequence_results(name)
 
 
 @cache
 def zone_of_all_impacts(name) -> izo_ref.ZoneProblem:
-    """The largest zone of all impacts of the proposed path."""
+    """Return the zone with the most impacts among all impacts of the proposed path."""
     step = scene(name)
     impacts = izo_ref.find_impacts(step)
     zones = izo_ref.build_zones(step, impacts)
@@ -52,7 +52,7 @@ def zone_of_all_impacts(name) -> izo_ref.ZoneProblem:
 
 
 def pair_key(nodes, is_edge_edge):
-    """A pair, whatever the order of its corners, of its ends and of its two edges."""
+    """Return a key that does not depend on the order of corners, ends or the two edges."""
     nodes = [int(node) for node in nodes]
     if is_edge_edge:
         return tuple(sorted((tuple(sorted(nodes[:2])), tuple(sorted(nodes[2:])))))
@@ -60,7 +60,7 @@ def pair_key(nodes, is_edge_edge):
 
 
 def pair_times(nodes, is_edge_edge, times) -> dict[Any, float]:
-    """{pair: time}; each pair has to come once."""
+    """Return {key of the pair: time}, and check that no pair comes twice."""
     rows = zip(nodes, np.broadcast_to(is_edge_edge, len(nodes)), times, strict=True)
     pairs = {pair_key(row, kind): float(time) for row, kind, time in rows}
     assert len(pairs) == len(nodes)

@@ -1,4 +1,4 @@
-"""What every page of a report has to be, and a browser to look with."""
+"""Checks that every page of a report has to pass, and a browser to load it in."""
 
 import html
 import json
@@ -18,14 +18,14 @@ needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to load
 
 
 class Page(HTMLParser):
-    """Parses a page; AssertionError where tags do not match.
+    """A parsed page; raises an AssertionError where tags do not match.
 
     Attributes:
-        ids: of elements.
-        links: (tag, attribute, value) of all that a browser could load or follow.
-        tables: the number of cells of each row, headings too, of each table.
+        ids: the id of each element that has one.
+        links: (tag, attribute, value) of everything that a browser could load or follow.
+        tables: for each table, the number of cells in each row, headings included.
         figures: the text of each figure.
-        text: all text but styles and scripts.
+        text: all text except styles and scripts.
     """
 
     def __init__(self, path):
@@ -38,6 +38,7 @@ class Page(HTMLParser):
         assert self.open == [], f"{path}: not closed: {self.open}"
 
     def handle_starttag(self, tag, attributes):
+        """Record an element and open it."""
         attributes = dict(attributes)
         if "id" in attributes:
             self.ids.append(attributes["id"])
@@ -54,16 +55,19 @@ class Page(HTMLParser):
             self.open.append(tag)
 
     def handle_startendtag(self, tag, attributes):
+        """Record an element that has no content."""
         self.handle_starttag(tag, attributes)
         if tag not in VOID:
             self.open.pop()
 
     def handle_endtag(self, tag):
+        """Close the innermost open element, which must have this tag."""
         assert self.open, f"</{tag}> closes nothing, line {self.getpos()[0]}"
         assert self.open[-1] == tag, f"</{tag}> in {self.open}, line {self.getpos()[0]}"
         self.open.pop()
 
     def handle_data(self, data):
+        """Collect text outside of styles and scripts."""
         if self.open and self.open[-1] in ("style", "script"):
             return
         self.text += data
@@ -72,7 +76,11 @@ class Page(HTMLParser):
 
 
 def check_page(path):
-    """Well formed, self-contained, tables whole, figures with their origin; returns the Page."""
+    """Check that a page is well formed and self-contained, and return it as a `Page`.
+
+    Each row of a table needs the same number of cells, and each figure has to name the run,
+    the commit and the versions that it comes from.
+    """
     page = Page(path)
     assert page.source.startswith("<!doctype html>")
     assert len(page.ids) == len(set(page.ids)), "an id twice"
@@ -92,16 +100,16 @@ def check_page(path):
 
 
 def look(path, folder, script="true", width=390):
-    """Load a page in a browser, in a frame of this width, and run a script in it.
+    """Load a page in a browser, in a frame of a given width, and run a script in it.
 
     Args:
-        path: of the page; it is not changed.
-        folder: for the copy and the browser's profile.
-        script: an expression, or a call of a function that returns something for JSON.
-        width: [px]; the window of a headless browser is wider than a phone.
+        path: file of the page; it is not changed.
+        folder: for the copy of the page and the profile of the browser.
+        script: a JavaScript expression whose value can be written as JSON.
+        width: of the frame [px]; the window of a headless browser is wider than a phone.
 
     Returns:
-        What the script gave, and the lines that the browser wrote on its console.
+        The value of the script, and the lines that the browser wrote on its console.
     """
     source = path.read_text(encoding="utf-8")
     say = (
@@ -129,13 +137,12 @@ def look(path, folder, script="true", width=390):
     ]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line]
-    told = _told(done.stdout)
-    assert told, f"the page said nothing: {done.stderr[-2000:]}"
-    return json.loads(told), console
+    answer = _first_pre(done.stdout)
+    assert answer, f"the page returned nothing: {done.stderr[-2000:]}"
+    return json.loads(answer), console
 
 
-def _told(dom):
-    """What is in the first <pre>, unescaped."""
-
+def _first_pre(dom):
+    """Return the text of the first <pre>, unescaped."""
     found = re.search(r"<pre>(.*?)</pre>", dom, re.DOTALL)
     return html.unescape(found[1]) if found else ""

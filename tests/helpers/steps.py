@@ -1,4 +1,4 @@
-"""The shared step files, and the seed of random tests."""
+"""The larger step files, and the seed of all random tests."""
 
 import os
 

@@ -1,4 +1,4 @@
-"""The documents beside the code name files, commands and a version that exist."""
+"""Files, commands, constants and versions that the documents name exist."""
 
 import re
 
@@ -9,27 +9,27 @@ from validation import house
 from validation.__main__ import _parser
 
 CONTRIBUTING = (house.ROOT / "CONTRIBUTING.md").read_text()
-# Folders that a checkout has only after a command has made them, or outside of itself.
-MADE = ("reports/quick", ".venv", "build", "..")
+# Files and folders that exist only after a command has made them, or outside of a checkout.
+MADE = ("reports/quick", "reports/*.html", ".venv", "build", "..")
 
 
 def named_paths():
-    """Paths in backticks that begin with a folder of the repository, or name a document."""
+    """Yield the paths in backticks that begin with a folder of the repository or name a file."""
     for quoted in re.findall(r"`([^`\s]+)`", CONTRIBUTING):
         in_folder = "/" in quoted and (house.ROOT / quoted.partition("/")[0]).is_dir()
         if quoted.endswith((".toml", ".md")) or (in_folder and not quoted.startswith(MADE)):
             yield quoted
 
 
-def test_files_that_a_contributor_is_sent_to_exist():
+def test_files_named_for_contributors_exist():
     paths = sorted(set(named_paths()))
     assert len(paths) > 40
     missing = [path for path in paths if not any(house.ROOT.glob(path.rstrip("/")))]
     assert missing == []
 
 
-def test_names_that_a_contributor_is_sent_to_are_there():
-    """Each constant, in capitals, is in a file that its paragraph names."""
+def test_constants_named_for_contributors_exist():
+    """Each constant, a word in capitals, occurs in a file that its paragraph names."""
     checked = 0
     for block in re.split(r"\n\n|\n\d\. |\n\* ", CONTRIBUTING):
         files = [house.ROOT / path for path in re.findall(r"`([\w/]+\.py)`", block)]

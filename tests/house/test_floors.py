@@ -10,15 +10,16 @@ from validation import house
 README = house.ROOT / "README.md"
 PACKAGE = house.ROOT / "izo_ref"
 SOURCES = sorted(PACKAGE.rglob("*.py"))
-# Inside a stage. Kernels of one target never import those of another; a test below checks it.
+# Floors inside a stage. Kernels of one target never import those of the other: see below.
 INNER_FLOOR = {"formulas": 0, "serial": 1, "cpu": 2, "cuda": 2}
 HOST_FLOOR = 3
 
 
 def inner_floor(module):
-    """The floor of a module inside its stage: the host's files stand above the folders.
+    """Return the floor of a module inside its stage.
 
-    In `base` the plain files are the ground, below the folders.
+    The files of the host are above the folders of the stage. In `base`, the plain files are
+    below the folders.
     """
     parts = module.split(".")
     if len(parts) > 3:
@@ -27,13 +28,13 @@ def inner_floor(module):
     return -1 if is_ground else HOST_FLOOR
 
 
-def test_rooms_have_no_circle():
+def test_stages_do_not_import_each_other_in_a_circle():
     floor_of = house.floors(house.arrows())  # raises if there is one
     assert floor_of["base"] == 1
     assert floor_of["app"] == max(floor_of.values())
 
 
-def test_rooms_of_the_evidence_have_no_circle():
+def test_folders_of_validation_do_not_import_each_other_in_a_circle():
     floor_of = house.floors(house.arrows(package="validation"))
     assert floor_of["__main__"] == max(floor_of.values())
     assert floor_of["oracles"] == 1
@@ -46,11 +47,11 @@ def test_imports_inside_a_stage_point_down(path):
         if importer != own or house.room_of(imported) != house.room_of(own):
             continue
         if house.NAMED.search(path.read_text().splitlines()[line - 1]):
-            continue  # the implementation for a GPU of a function below
+            continue  # the name of a GPU implementation, which is imported when it is used
         assert inner_floor(imported) <= inner_floor(importer), f"{path}:{line}: {imported}"
 
 
-def test_modules_have_no_circle():
+def test_modules_do_not_import_each_other_in_a_circle():
     graph = {module: set() for module in house.module_paths() if module != "izo_ref"}
     for importer, imported, _ in house.imports():
         graph[importer].add(imported)
@@ -62,12 +63,12 @@ def test_the_picture_in_the_readme_is_what_the_imports_say():
     assert text == house.with_picture(text), "run: python -m validation house --write"
 
 
-def test_each_stage_says_what_it_is():
+def test_each_folder_of_the_package_has_a_docstring():
     for path in PACKAGE.rglob("__init__.py"):
         assert ast.get_docstring(ast.parse(path.read_text())), path
 
 
-def test_names_of_gpu_implementations_lead_somewhere():
+def test_named_gpu_implementations_exist():
     found = 0
     for path in SOURCES:
         for node in ast.walk(ast.parse(path.read_text())):
@@ -82,10 +83,11 @@ def test_names_of_gpu_implementations_lead_somewhere():
 
 
 def is_of_a_gpu(module):
+    """Return whether a module needs a GPU."""
     return ".cuda" in module or module.split(".")[-1].startswith("gpu_")
 
 
-def test_what_needs_a_gpu_is_imported_through_one_door():
+def test_gpu_modules_are_imported_through_devices_alone():
     """Files of the CPU name implementations of a GPU; `base/devices.py` imports them."""
     for importer, imported, line in house.imports():
         path = house.module_paths()[importer]
@@ -101,6 +103,7 @@ def test_what_needs_a_gpu_is_imported_through_one_door():
 
 
 def _imported(path):
+    """Return the names of the modules that a file imports from."""
     nodes = ast.walk(ast.parse(path.read_text()))
     return {getattr(node, "module", None) or "" for node in nodes}
 
@@ -113,7 +116,7 @@ def test_kernels_of_one_target_do_not_import_the_other():
             assert ".cpu." not in imported, f"{importer}:{line}"
 
 
-def test_the_package_does_not_need_the_evidence():
+def test_the_package_imports_neither_tests_nor_validation():
     for path in SOURCES:
         assert not any(name.startswith(("validation", "tests")) for name in _imported(path)), path
 

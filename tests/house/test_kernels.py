@@ -1,4 +1,4 @@
-"""Rules of the kernels that a program can check."""
+"""Kernels keep the rules that a program can check."""
 
 import ast
 import re
@@ -12,7 +12,7 @@ DECORATORS = ("cpu_kernel", "light_kernel", "cuda_kernel")
 
 
 def kernels_of(target):
-    """(file, source, node) of each kernel."""
+    """Yield (file, source, node) of each kernel of a target, `cpu` or `cuda`."""
     for path in sorted(PACKAGE.glob(f"*/{target}/*.py")):
         text = path.read_text()
         for node in ast.parse(text).body:
@@ -23,6 +23,7 @@ def kernels_of(target):
 
 
 def kernels():
+    """Yield a case for each kernel of both targets."""
     for target in ("cpu", "cuda"):
         for file, source, node in kernels_of(target):
             yield pytest.param(source, node, id=f"{target}/{file}-{node.name}")
@@ -31,7 +32,7 @@ def kernels():
 @pytest.mark.parametrize(("source", "node"), list(kernels()))
 def test_kernels_state_their_contract(source, node):
     names = [argument.arg for argument in node.args.args]
-    signature = source[: source.index("\n):")]
+    signature = source[: source.index("\n) -> None:")]
     inputs, marked, outputs = signature.partition("# Out:")
     assert "# In:" in inputs, "inputs come first"
     assert marked, "then outputs"
@@ -40,7 +41,7 @@ def test_kernels_state_their_contract(source, node):
         for inner in ast.walk(node)
         for target in getattr(inner, "targets", [getattr(inner, "target", None)])
         if isinstance(target, ast.Subscript) and isinstance(target.value, ast.Name)
-    } - {  # shared memory, which a kernel makes itself
+    } - {  # shared memory, which the kernel allocates itself
         target.id
         for inner in ast.walk(node)
         if isinstance(inner, ast.Assign) and isinstance(inner.value, ast.Call)
@@ -54,7 +55,7 @@ def test_kernels_state_their_contract(source, node):
         assert name.endswith("_out") == bool(stated.search(outputs))
 
 
-# what one target has in one launch, and the other not, is none
+# Work that is one launch on one target and several on the other has no twins.
 TWINS = {
     "decide_meetings",
     "compute_closest_frames",
@@ -69,8 +70,9 @@ TWINS = {
 
 def test_twins_have_the_same_contract():
     def contracts(target):
+        """Return {(file, name): parameters and comments} of all kernels."""
         return {
-            (file, node.name): source[: source.index("\n):")].split("\n", 1)[1]
+            (file, node.name): source[: source.index("\n) -> None:")].split("\n", 1)[1]
             for file, source, node in kernels_of(target)
         }
 
@@ -79,5 +81,5 @@ def test_twins_have_the_same_contract():
     assert {name for _, name in shared} == TWINS
     for name in shared:
         assert on_cpu[name] == on_gpu[name], name
-    # a name of one target in another file of the other would be a twin that is not found
+    # A kernel of the same name in another file would be a twin that this test does not compare.
     assert not {name for _, name in on_cpu.keys() ^ shared} & {name for _, name in on_gpu}

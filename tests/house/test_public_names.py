@@ -1,4 +1,4 @@
-"""The public names, and what installing the package takes."""
+"""The public names, and what importing and installing the package needs."""
 
 import ast
 import inspect
@@ -14,7 +14,7 @@ PACKAGE = house.ROOT / "izo_ref"
 
 def test_import_needs_numpy_and_numba_alone():
     code = (
-        # numba looks for scipy by itself
+        # numba itself may import scipy
         "import sys, numba; before = {m.split('.')[0] for m in sys.modules}; import izo_ref;"
         "new = {m.split('.')[0] for m in sys.modules} - before - set(sys.stdlib_module_names);"
         "print(sorted(new))"
@@ -23,12 +23,12 @@ def test_import_needs_numpy_and_numba_alone():
     assert out.stdout.strip() == "['izo_ref']"
 
 
-def test_every_public_name_says_what_it_is():
+def test_every_public_name_has_a_docstring():
     for name in izo_ref.__all__:
         thing = getattr(izo_ref, name)
         if inspect.isfunction(thing) or inspect.isclass(thing):
             assert thing.__doc__, name
-            assert not thing.__doc__.startswith(name + "("), name  # what a NamedTuple makes up
+            assert not thing.__doc__.startswith(name + "("), name  # generated for a NamedTuple
 
 
 def test_every_folder_of_the_package_is_installed():

@@ -1,11 +1,10 @@
-"""What is left out changes nothing, and is said."""
+"""The plan: what it leaves out changes no result, and it lists what it leaves out."""
 
 import numpy as np
 import pytest
 
 import izo_ref
 from izo_ref.base.options import RULES, Options
-from izo_ref.detection.components import MeshComponents
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
@@ -25,12 +24,13 @@ SLOW_STEPS = ("sheets-50k", "armadillo-rollers", "cloth-ball-clean")
 
 
 def lines(scene, **options):
+    """Return {part: line} of the plan of a scene."""
     needed = izo_ref.plan(scene, Options(**options))
     return {line.stage: line for line in needed.lines}
 
 
 def far_apart(*scenes):
-    """One scene of several that cannot meet."""
+    """Join several scenes into one, so far apart that they cannot meet."""
     firsts = np.cumsum([0] + [len(scene.masses) for scene in scenes])
     shifts = 10.0 * np.arange(len(scenes))[:, None] * (1.0, 0.0, 0.0)
     return izo_ref.Scene(
@@ -43,6 +43,7 @@ def far_apart(*scenes):
 
 
 def same_results(a, b):
+    """Check that two results have the same bits and the same history."""
     for x, y in zip(a.impacts, b.impacts, strict=True):
         np.testing.assert_array_equal(x, y)
     np.testing.assert_array_equal(a.positions, b.positions)
@@ -52,12 +53,13 @@ def same_results(a, b):
 
 
 def check_step(name):
+    """Resolve a step with the plan and without it, and compare."""
     scene = load_step(name)
     needed = izo_ref.resolve(scene, 1e-4)
     same_results(needed, izo_ref.resolve(scene, 1e-4, options=Options(plan=("closed-form",))))
     everything = izo_ref.resolve(scene, 1e-4, options=Options(plan="everything"))
     assert everything.status is needed.status
-    # zones agree to their tolerance, and each is optimal by the same judge
+    # Zones agree to their tolerance, and the same judge finds each optimal.
     assert everything.converged == needed.converged
     assert everything.objective == pytest.approx(needed.objective, rel=1e-6)
 
@@ -65,14 +67,14 @@ def check_step(name):
 @pytest.mark.parametrize(
     "name", [*SCENES, *(pytest.param(name, marks=pytest.mark.data) for name in QUICK_STEPS)]
 )
-def test_same_bits_with_and_without(name):
+def test_a_step_has_the_same_bits_with_and_without_the_plan(name):
     check_step(name)
 
 
 @pytest.mark.data
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SLOW_STEPS)
-def test_same_bits_with_and_without_on_long_steps(name):
+def test_a_long_step_has_the_same_bits_with_and_without_the_plan(name):
     check_step(name)
 
 
@@ -87,8 +89,8 @@ def test_each_rule_alone_changes_no_bit(rng, left_out, pinned_below):
     same_results(result, izo_ref.resolve(scene, options=Options(plan=rules)))
 
 
-def test_large_zones_that_did_not_change_start_where_they_did(rng):
-    """All zones of more than one impact go the way of large ones, from their last solution."""
+def test_unchanged_large_zones_end_with_the_same_bits(rng):
+    """With `small_zone=1`, all zones of several impacts are solved from their last solution."""
     scene = far_apart(two_sheets(rng), two_sheets(rng, n=6), two_sheets(rng, n=10))
     rules = tuple(rule for rule in RULES if rule != "changed-zones")
     once = izo_ref.resolve(scene, options=Options(small_zone=1))
@@ -105,7 +107,7 @@ def test_closed_form_changes_last_digits_only(rng):
     np.testing.assert_allclose(a.positions, b.positions, atol=1e-14)
 
 
-def test_nothing_moves_nothing_is_done():
+def test_a_scene_at_rest_is_not_searched():
     scene = vertex_over_face(drop=0.0)
     assert lines(scene)["detection"].needed == "none"
     assert lines(scene, plan="everything")["detection"].needed == "all"
@@ -115,7 +117,7 @@ def test_nothing_moves_nothing_is_done():
     np.testing.assert_array_equal(result.positions, scene.positions_t1)
 
 
-def test_a_part_that_nothing_reaches_is_in_no_tree(rng):
+def test_a_component_that_nothing_reaches_is_in_no_tree(rng):
     scene = two_sheets(rng)
     points, faces = grid(5, 50.0)
     n = len(scene.positions_t0)
@@ -130,22 +132,6 @@ def test_a_part_that_nothing_reaches_is_in_no_tree(rng):
     assert every.candidates > proposed[1].candidates
     for a, b in zip(proposed[1].meeting, every.meeting, strict=True):
         np.testing.assert_array_equal(a, b)
-
-
-def test_parts(rng):
-    scene = two_sheets(rng, 4)
-    parts = MeshComponents(len(scene.positions_t0) + 2, scene.faces)
-    assert parts.count == 4  # two sheets, and two vertices in no face
-    assert parts.component.tolist() == [0] * 16 + [1] * 16 + [2, 3]
-    positions = np.vstack((scene.positions_t0, [[5, 5, 5], [9, 9, 9.0]]))
-    low, high = parts.boxes(positions)
-    np.testing.assert_array_equal(low[1], positions[16:32].min(axis=0))
-    np.testing.assert_array_equal(high[0], positions[:16].max(axis=0))
-    moved = positions.copy()
-    moved[32] = (8, 8, 8)
-    assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, True]
-    moved[32] = (9, 9, 9)  # it touches
-    assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, False]
 
 
 def test_the_plan_is_kept_and_prints_itself(rng):

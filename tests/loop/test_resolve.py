@@ -1,3 +1,5 @@
+"""A whole step: where it ends, what it keeps, and what it reports."""
+
 import threading
 
 import numba
@@ -8,12 +10,12 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import errors
 from izo_ref.base.devices import require_gpu
-from tests.helpers.shapes import grid, pinch, two_sheets, vertex_over_face
+from tests.helpers.shapes import grid, pinched_sheet, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
 
 def assert_sound(scene, result, thickness):
-    """What every free result has to satisfy."""
+    """Check all that a free and converged result promises."""
     assert result.status is Status.FREE
     assert result.certificate.free
     assert result.converged
@@ -30,17 +32,17 @@ def assert_sound(scene, result, thickness):
         assert r.solved(1e-9, 1e-9)
 
 
-def test_one_vertex_by_hand():
-    """A vertex of mass 1 falls through a fixed face and ends at the thickness above it."""
+def test_a_falling_vertex_ends_at_the_thickness_above_the_face():
+    """The face is pinned, so the vertex, of mass 1, makes the whole correction."""
     scene = vertex_over_face(pinned=(True, True, True, False))
     result = izo_ref.resolve(scene, thickness=0.125)
     assert_sound(scene, result, 0.125)
     np.testing.assert_allclose(result.positions[3], [0.25, 0.25, 0.125], atol=1e-12)
-    # of three free vertices of mass 1, one moved by 1.125
+    # One of three unpinned vertices of mass 1 moves by 1.125.
     assert result.objective == pytest.approx(1.125**2 / 3)
 
 
-def test_masses_share_the_correction():
+def test_vertices_share_the_correction_by_inverse_mass():
     scene = vertex_over_face(masses=(1.0, 2.0, 4.0, 0.5))
     result = izo_ref.resolve(scene, thickness=0.1, options=Options(relinearize=0))
     w, m = np.array([-0.5, -0.25, -0.25, 1.0]), scene.masses[:4]
@@ -49,7 +51,7 @@ def test_masses_share_the_correction():
     np.testing.assert_allclose(moved[:, 2], multiplier * w / m, atol=1e-12)
 
 
-def test_without_collisions_the_proposal_comes_back_bit_for_bit(rng):
+def test_without_impacts_the_proposed_positions_come_back_bit_for_bit(rng):
     a, faces = grid(20, jitter=0.001 * rng.normal(size=(400, 3)))
     end = a + 0.1 * rng.normal(size=3) + 1e-4 * rng.normal(size=a.shape)
     result = izo_ref.resolve(izo_ref.Scene(a, end, faces))
@@ -79,13 +81,13 @@ def test_momentum_is_kept_by_zones_without_pinned_vertices(rng):
             continue
         moved = (result.positions - scene.positions_t1)[vertices]
         forces = scene.masses[vertices, None] * moved
-        # positions of size 1 are rounded: u each
+        # Positions of size 1 are rounded by u each.
         assert np.abs(forces.sum(axis=0)).max() <= 2.0**-52 * scene.masses[vertices].sum()
         checked += 1
     assert checked > 0
 
 
-def test_relinearization_only_ever_gains(rng):
+def test_relinearization_never_increases_the_objective(rng):
     gained = 0
     for n in (6, 8, 10):
         scene = two_sheets(rng, n)
@@ -97,64 +99,8 @@ def test_relinearization_only_ever_gains(rng):
     assert gained > 0
 
 
-def test_renumbering_changes_nothing_beyond_rounding(rng):
-    scene = two_sheets(rng, 10)
-    result = izo_ref.resolve(scene, 1e-3)
-    order = rng.permutation(len(scene.masses))
-    place = np.argsort(order)
-    faces = place[scene.faces][rng.permutation(len(scene.faces))]
-    other = izo_ref.Scene(
-        scene.positions_t0[order],
-        scene.positions_t1[order],
-        faces,
-        scene.masses[order],
-        scene.pinned[order],
-    )
-    again = izo_ref.resolve(other, 1e-3)
-    np.testing.assert_allclose(again.positions, result.positions[order], atol=1e-12)
-    assert len(again.impacts.toi) == len(result.impacts.toi)
-
-
-def test_a_regular_grid_with_ties_in_any_numbering(rng):
-    """Impacts at equal times: what decides between them must not be an index."""
-    low, faces = grid(7)
-    start = np.concatenate((low, low + (0.0, 0.0, 0.05)))
-    start[49:, :2] += 0.031
-    end = start.copy()
-    end[49:, 2] -= 0.1
-    faces = np.concatenate((faces, faces + 49))
-    results = []
-    for order in (np.arange(98), np.arange(98)[::-1], rng.permutation(98)):
-        place = np.argsort(order)
-        scene = izo_ref.Scene(start[order], end[order], place[faces])
-        results.append(izo_ref.resolve(scene, 1e-3).positions[place])
-    for other in results[1:]:
-        np.testing.assert_allclose(other, results[0], atol=1e-12)
-
-
-def test_impacts_come_in_the_callers_numbering(rng):
-    scene = two_sheets(rng, 8)
-    result = izo_ref.resolve(scene, 1e-3, options=Options(relinearize=0, selection="all"))
-    faces = {tuple(face) for face in scene.faces.tolist()}
-    edges = {tuple(edge) for edge in scene.edges.tolist()}
-    impacts = result.impacts
-    for nodes, is_edge_edge in zip(impacts.nodes.tolist(), impacts.is_edge_edge, strict=True):
-        if is_edge_edge:
-            assert tuple(nodes[:2]) in edges
-            assert tuple(nodes[2:]) in edges
-            assert nodes[:2] < nodes[2:]
-        else:
-            assert tuple(nodes[1:]) in faces
-    first = izo_ref.find_impacts(scene)
-    known = {tuple(nodes): i for i, nodes in enumerate(first.nodes.tolist())}
-    for j, nodes in enumerate(result.impacts.nodes.tolist()):
-        if tuple(nodes) in known and result.impacts.toi[j] == first.toi[known[tuple(nodes)]]:
-            i = known[tuple(nodes)]
-            np.testing.assert_allclose(result.impacts.weights[j], first.weights[i], atol=1e-9)
-            np.testing.assert_allclose(result.impacts.normals[j], first.normals[i], atol=1e-9)
-
-
 def same_bits(a, b):
+    """Check that two results have the same bits."""
     np.testing.assert_array_equal(a.positions, b.positions)
     np.testing.assert_array_equal(a.multipliers, b.multipliers)
     for x, y in zip(a.impacts, b.impacts, strict=True):
@@ -162,6 +108,7 @@ def same_bits(a, b):
 
 
 def with_threads(n, scene, *args):
+    """Resolve a scene with n threads."""
     before = numba.get_num_threads()
     numba.set_num_threads(n)
     try:
@@ -170,20 +117,20 @@ def with_threads(n, scene, *args):
         numba.set_num_threads(before)
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor")
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
 def test_same_bits_with_one_thread_and_with_two(rng):
     scene = two_sheets(rng, 14)
     same_bits(with_threads(1, scene, 1e-3), with_threads(2, scene, 1e-3))
 
 
-@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="one processor")
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
 @pytest.mark.parametrize("name", ["stack", pytest.param("stack-6k", marks=pytest.mark.data)])
 def test_same_bits_with_one_thread_and_with_two_on_a_stored_step(name):
     scene = load_step(name)
     same_bits(with_threads(1, scene, 1e-4), with_threads(2, scene, 1e-4))
 
 
-def test_several_python_threads_at_once(rng):
+def test_calls_in_several_python_threads_give_the_same_bits(rng):
     scenes = [two_sheets(rng, 8 + k) for k in range(4)]
     alone = [izo_ref.resolve(scene, 1e-3) for scene in scenes]
     together = [None] * 4
@@ -200,47 +147,23 @@ def test_several_python_threads_at_once(rng):
         same_bits(a, b)
 
 
-def test_prescribed_parts_that_meet_block_the_step():
-    scene = pinch(-0.05)
+def test_pinned_sheets_that_meet_block_the_step():
+    scene = pinched_sheet(-0.05)
     result = izo_ref.resolve(scene, 1e-3)
     assert result.status is Status.BLOCKED
     assert not result.certificate.free
     meeting = result.certificate.meeting.nodes
     assert scene.pinned[meeting].all(axis=1).any()
-    # the gap of 0.2 closes at t = 0.2 / 0.25
+    # The pinned sheets close the gap of 0.2 at t = 0.2 / 0.25.
     assert 0.0 < result.time_free <= 0.8 + 1e-12
     part = scene.positions_t0 + 0.999 * result.time_free * (result.positions - scene.positions_t0)
     assert izo_ref.certify_path(scene, part).free
 
 
-def test_what_fits_between_prescribed_parts_is_free():
-    scene = pinch(0.05, bump=0.2)
+def test_a_sheet_that_fits_between_pinned_sheets_ends_free():
+    scene = pinched_sheet(0.05, bump=0.2)
     result = izo_ref.resolve(scene, 1e-3)
     assert_sound(scene, result, 1e-3)
-
-
-def test_what_does_not_fit_with_its_thickness_falls_back_or_is_blocked():
-    """Twice the thickness is asked for between parts that leave less."""
-    scene = pinch(0.01, bump=0.2)
-    result = izo_ref.resolve(scene, thickness=0.02)
-    assert result.status in (Status.FREE_BY_FALLBACK, Status.BLOCKED)
-    assert result.certificate.free is (result.status is Status.FREE_BY_FALLBACK)
-    assert not result.converged
-    np.testing.assert_array_equal(result.positions[scene.pinned], scene.positions_t1[scene.pinned])
-
-
-@pytest.mark.parametrize("budget", [0, 1, 2])
-def test_a_spent_budget_ends_free_by_fallback(rng, budget):
-    scene = two_sheets(rng, 12)
-    result = izo_ref.resolve(scene, 1e-3, options=Options(max_iterations=budget))
-    assert result.status is Status.FREE_BY_FALLBACK
-    assert result.certificate.free
-    assert not result.converged
-    assert result.scaled_back
-    assert all(0.0 <= part.scale < 1.0 for part in result.scaled_back)
-    for part in result.scaled_back:
-        assert len(part.vertices)
-        assert not scene.pinned[part.vertices].any()
 
 
 def test_a_method_that_does_not_converge_is_not_called_free(rng):
@@ -251,7 +174,7 @@ def test_a_method_that_does_not_converge_is_not_called_free(rng):
     assert not result.converged
 
 
-def test_thickness():
+def test_the_thickness_has_a_default_and_bad_values_are_refused():
     scene = vertex_over_face()
     lengths = np.linalg.norm(
         scene.positions_t0[scene.edges[:, 0]] - scene.positions_t0[scene.edges[:, 1]], axis=1
@@ -264,6 +187,7 @@ def test_thickness():
 
 
 def has_gpu():
+    """Return whether this machine has a GPU that can be used."""
     try:
         require_gpu()
     except errors.DeviceUnavailableError:
@@ -271,7 +195,7 @@ def has_gpu():
     return True
 
 
-def test_devices():
+def test_unavailable_and_unknown_devices_are_refused():
     scene = vertex_over_face()
     if not has_gpu():
         with pytest.raises(errors.DeviceUnavailableError, match="install"):
@@ -289,7 +213,7 @@ def test_iterations_are_reported_as_they_end(rng):
 
 
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_units_do_not_matter(rng, scale):
+def test_scaled_units_give_the_scaled_positions(rng, scale):
     scene = two_sheets(rng)
     scaled = izo_ref.Scene(
         scale * scene.positions_t0, scale * scene.positions_t1, scene.faces, 1e-5 * scene.masses
@@ -298,8 +222,8 @@ def test_units_do_not_matter(rng, scale):
     np.testing.assert_allclose(b.positions / scale, a.positions, atol=1e-9)
 
 
-def test_far_from_the_origin(rng):
-    """Where a thousandth of an edge is near the rounding of the coordinates."""
+def test_steps_far_from_the_origin_end_free(rng):
+    """Far away, a thousandth of an edge is near the rounding of the coordinates."""
     scene = two_sheets(rng, 12)
     for shift in (1e3, 1e5):
         far = izo_ref.Scene(
@@ -311,8 +235,8 @@ def test_far_from_the_origin(rng):
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-9, 1e-12])
-def test_what_rests_close_to_each_other_is_free(rng, gap):
-    """Two triangles in one plane, turned any way, a hair apart and at rest."""
+def test_triangles_at_rest_a_hair_apart_are_free(rng, gap):
+    """Two triangles rest in one plane, which is turned at random, with a small gap in between."""
     flat = np.array([[0, 0], [1, 0], [0.4, 1], [0.45, -gap], [0.2, -1], [0.9, -1]])
     for _ in range(10):
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
@@ -320,7 +244,7 @@ def test_what_rests_close_to_each_other_is_free(rng, gap):
         try:
             scene = izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
         except errors.InitialIntersectionError:
-            assert gap < 1e-10  # turning it has rounded the gap away
+            assert gap < 1e-10  # the rotation has rounded the gap away
             continue
         assert izo_ref.resolve(scene).status is Status.FREE
         drift = scene.positions_t0 + 0.3 * rng.normal(size=3)

@@ -1,4 +1,4 @@
-"""Real steps, end to end, against recorded peers and independent judges."""
+"""Real steps from start to end, against recorded results of peers and independent judges."""
 
 import numpy as np
 import pytest
@@ -29,7 +29,7 @@ RATIOS = {}
 
 
 def check_that_it_ends_free(scene, result):
-    """What every step has to satisfy that can be solved."""
+    """Check what every step that can be solved has to satisfy."""
     assert result.status is Status.FREE
     assert result.certificate.free
     assert len(result.certificate.meeting_toi) == 0
@@ -44,7 +44,7 @@ def check_that_it_ends_free(scene, result):
 
 @pytest.mark.parametrize("name", own_scenes.FREE_STEPS)
 def test_scene_ends_free(name):
-    """Its objective is compared with the recorded one in tests/data/test_scenes.py."""
+    """The objective is compared with the recorded one in tests/data/test_scenes.py."""
     check_that_it_ends_free(own_scenes.scene(name), own_scenes.result(name))
 
 
@@ -70,8 +70,8 @@ def test_step_ends_free(name):
 
 
 @pytest.mark.data
-def test_objectives_in_the_geometric_mean():
-    """Of the steps that ran before; each alone may be a little above, together they are not."""
+def test_objectives_are_below_those_of_arcsim_in_the_geometric_mean():
+    """The mean is over the steps that ran before; a single step may be a little above 1."""
     expected = len(STEPS) - len(SLOW)
     if len(RATIOS) < expected:
         pytest.skip("needs all of test_step_ends_free before it")
@@ -80,15 +80,15 @@ def test_objectives_in_the_geometric_mean():
     assert mean <= 0.995
 
 
-def test_judges_see_what_is_wrong():
-    """No judge passes the proposal itself."""
+def test_no_judge_passes_the_proposed_positions():
+    """Each of the four judges can fail a path."""
     scene = own_scenes.scene("mass-ratios")
     facts = judge.path(scene, scene.positions_t1)[0] + judge.end(scene, scene.positions_t1)[0]
     assert len(facts) == 4
     assert [fact.by for fact in facts if fact.passed] == []
 
 
-def test_an_animation_that_penetrates_is_no_start():
+def test_an_intersecting_frame_of_an_animation_is_refused_as_start():
     arrays = stored.load("sleeve")
     start, end = arrays["positions"][-2:]
     with pytest.raises(izo_ref.IzoError, match="without intersections"):

@@ -1,4 +1,4 @@
-"""Distance of a vertex and a face, or of two edges, by trying every pair of features."""
+"""Distance of a vertex and a face, or of two edges, by trying every pair of their features."""
 
 import numpy as np
 
@@ -6,6 +6,7 @@ L = np.longdouble
 
 
 def _point_segment(p, a, b):
+    """Return the vector from p to the closest point of the segment a b."""
     d = b - a
     length_sq = d @ d
     s = L(0) if length_sq == 0 else np.clip((p - a) @ d / length_sq, L(0), L(1))
@@ -13,6 +14,7 @@ def _point_segment(p, a, b):
 
 
 def _point_plane(p, a, b, c):
+    """Return the vector from p to its foot in the plane, or None if that is not in the face."""
     n = np.cross(b - a, c - a)
     if n @ n == 0:
         return None
@@ -22,6 +24,7 @@ def _point_plane(p, a, b, c):
 
 
 def _line_line(a, b, c, d):
+    """Return the vector between two lines, or None if it does not join points of the edges."""
     u, v = b - a, d - c
     n = np.cross(u, v)
     if n @ n == 0:
@@ -33,7 +36,13 @@ def _line_line(a, b, c, d):
 
 
 def distance(is_edge_edge, start, end, t):
-    """Of a pair of four points each at time t."""
+    """Return the distance of a pair at time t, computed in long double.
+
+    Args:
+        is_edge_edge: kind of the pair.
+        start, end: (4, 3) positions of its nodes at t = 0 and t = 1 [m].
+        t: time.
+    """
     start, end, t = np.asarray(start, L), np.asarray(end, L), L(t)
     a, b, c, d = (1 - t) * start + t * end
     if is_edge_edge:

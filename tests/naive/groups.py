@@ -1,8 +1,8 @@
-"""Zones, selections and box pairs by the most obvious means."""
+"""Zones, selections and box pairs, computed in the most obvious way."""
 
 
 def components(nodes, pinned):
-    """Sets of impact indices that hang together over unpinned vertices."""
+    """Return the sets of impacts that are connected through unpinned vertices."""
     left = {j for j in range(len(nodes)) if any(not pinned[v] for v in nodes[j])}
     result = []
     while left:
@@ -20,7 +20,7 @@ def components(nodes, pinned):
 
 
 def independent(toi, nodes, pinned):
-    """By time, no free vertex twice."""
+    """Take impacts in the order of their times, unless an unpinned vertex is already taken."""
     used, chosen = set(), []
     for j in sorted(range(len(toi)), key=lambda j: (toi[j], j)):
         free = {int(v) for v in nodes[j] if not pinned[v]}
@@ -31,7 +31,7 @@ def independent(toi, nodes, pinned):
 
 
 def first_of_any(toi, nodes, pinned):
-    """The earliest for at least one of their free vertices."""
+    """Take each impact that is the earliest of at least one of its unpinned vertices."""
     chosen = set()
     for vertex in {int(v) for row in nodes for v in row if not pinned[v]}:
         own = [j for j in range(len(toi)) if vertex in nodes[j]]
@@ -40,9 +40,10 @@ def first_of_any(toi, nodes, pinned):
 
 
 def moving_box_pairs(nodes_a, nodes_b, start, end, same):
-    """Pairs of elements without common vertex, whose moving boxes meet.
+    """Return the pairs of elements without a common vertex whose moving boxes meet.
 
-    Boxes are apart if along some axis all of the one is below all of the other, at both ends.
+    Two boxes are apart if, along one axis, all vertices of one are below all vertices of the
+    other, both at the start and at the end.
     """
     result = set()
     for i in range(len(nodes_a)):

@@ -1,24 +1,30 @@
-"""The loops of three systems with their parameters, in the most literal numpy.
+"""The loops of three systems with their parameters, written literally in numpy.
 
-x and y are flat, (3 n,); rows dense, (m, 3 n), with the constraints c = thickness - rows x.
+Positions x and proposed positions y are flat, (3 n,). The constraints are dense rows, (m, 3 n),
+and their values are c = thickness - rows x.
 """
 
 import numpy as np
 
 
 def lagrangian(x, y, w, rows, thickness, multipliers, mu):
-    """L (page eq. 11) and its gradient, for the objective sum w (x - y)^2 / 2."""
+    """Return L (page eq. 11) and its gradient for the objective sum w (x - y)^2 / 2."""
     push = np.maximum(multipliers + mu * (thickness - rows @ x), 0.0)
     value = 0.5 * np.sum(w * (x - y) ** 2) + np.sum(push**2 - multipliers**2) / (2.0 * mu)
     return value, w * (x - y) - rows.T @ push
 
 
 def curvature(p, w, rows, active, mu):
+    """Return the second derivative of L along p."""
     return np.sum(w * p**2) + mu * np.sum((rows[active] @ p) ** 2)
 
 
 def xrtailor(y, masses, rows, thickness, steps):
-    """Plain gradient, Armijo 0.5, shrink 0.7, first step 1e-3 times the nodes, never grows."""
+    """Descend along the plain gradient.
+
+    Armijo factor 0.5, shrink factor 0.7. The first step is 1e-3 times the number of vertices,
+    and the step never grows again.
+    """
     m = np.repeat(masses, 3)
     w, mu, step = np.mean(1.0 / masses) * m, 1e3, 1e-3 * len(masses)
     x, multipliers = y.copy(), np.zeros(len(rows))
@@ -37,7 +43,10 @@ def xrtailor(y, masses, rows, thickness, steps):
 
 
 def icloth(y, masses, rows, thickness, steps):
-    """Gradient over the diagonal of the Hessian, Armijo 0.5, Chebyshev after the move."""
+    """Descend along the gradient over the diagonal of the Hessian.
+
+    Armijo factor 0.5, shrink factor 0.7. Chebyshev acceleration follows each step.
+    """
     w, mu, rho, omega = 2.0 * np.repeat(masses, 3) / np.sum(masses), 1e3, 0.9992, 1.0
     x, before, multipliers = y.copy(), y.copy(), np.zeros(len(rows))
     step, k = 1.0, -1
@@ -65,7 +74,10 @@ def icloth(y, masses, rows, thickness, steps):
 
 
 def wolfe_step(along, slope, first):
-    """Strong Wolfe, 1e-4 and 0.1: Newton on the slope, halving where that leaves the bracket."""
+    """Find a step with the strong Wolfe conditions, 1e-4 and 0.1.
+
+    Newton's method on the slope proposes steps; where they leave the bracket, it is halved.
+    """
     low, high, step = 0.0, np.inf, first
     for _ in range(200):
         change, rise, second = along(step)
@@ -83,7 +95,11 @@ def wolfe_step(along, slope, first):
 
 
 def arcsim(y, masses, rows, thickness, steps):
-    """Conjugate gradient, multipliers after inner solves of 10 steps or by the three stops."""
+    """Descend with conjugate gradients.
+
+    The multipliers change after each inner solve, which ends after 10 steps or when one of
+    three stopping conditions holds.
+    """
     w, mu = np.mean(1.0 / masses) * np.repeat(masses, 3), 1e3
     x, multipliers, total = y.copy(), np.zeros(len(rows)), 0
     while total < steps:

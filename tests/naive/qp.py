@@ -1,20 +1,24 @@
-"""Zone problems by trying every active set. Slow and obvious."""
+"""Zone problems solved by trying every active set: slow, and obviously right."""
 
 from itertools import combinations
 
 import numpy as np
 
 
-def solve_qp(rows, b, masses, targets, tolerance=1e-9):
-    """min 1/2 sum m |x - y|^2 s.t. rows x >= b, by enumeration.
+def solve_qp(rows, b, masses, proposed, tolerance=1e-9):
+    """Minimise 1/2 sum m |x - y|^2 subject to rows x >= b by trying every active set.
 
     Args:
-        rows: (m, 3 n), b: (m,), masses: (n,), targets: (n, 3).
+        rows: (m, 3 n) constraints.
+        b: (m,) right-hand sides.
+        masses: (n,).
+        proposed: (n, 3) proposed positions y.
+        tolerance: violation of a constraint that is accepted, relative to the largest of all.
 
     Returns:
-        x (n, 3), or None if nothing satisfies the rows.
+        x (n, 3), or None if no x satisfies the constraints.
     """
-    y = targets.ravel()
+    y = proposed.ravel()
     inverse = np.repeat(1.0 / masses, 3)
     scale = np.abs(b - rows @ y).max() + 1e-300
     best, best_value = None, np.inf
@@ -31,11 +35,11 @@ def solve_qp(rows, b, masses, targets, tolerance=1e-9):
             value = 0.5 * np.sum((x - y) ** 2 / inverse)
             if value < best_value:
                 best, best_value = x, value
-    return None if best is None else best.reshape(targets.shape)
+    return None if best is None else best.reshape(proposed.shape)
 
 
 def dense_rows(nodes, weights, normals, n):
-    """(m, 3 n) constraint rows."""
+    """Return the constraints as dense rows, (m, 3 n)."""
     rows = np.zeros((len(nodes), n, 3))
     for j in range(len(nodes)):
         for k in range(4):

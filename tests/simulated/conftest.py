@@ -1,4 +1,8 @@
-"""Run by tests/cuda/test_simulator.py, in a process in which kernels run in Python."""
+"""Tests of CUDA kernels that run in Python.
+
+tests/cuda/test_simulator.py starts them in a process with the variables of the simulator;
+without these variables, none is collected.
+"""
 
 import os
 

@@ -1,4 +1,4 @@
-"""What the study of the device says, of a scene made here."""
+"""The study of the GPU writes its rows and its page, on a tiny scene."""
 
 import subprocess
 
@@ -15,6 +15,7 @@ from validation.study.parts import run_parts
 
 @pytest.fixture
 def one_step(monkeypatch):
+    """Make the study measure one tiny step and two tiny zones, once each."""
     monkeypatch.setattr(cuda.steps, "step_names", lambda: ["falls"])
     monkeypatch.setattr(cuda.steps, "load_step", lambda name: vertex_over_face())
     monkeypatch.setattr(cuda, "REPEATS", 1)
@@ -26,7 +27,7 @@ def one_step(monkeypatch):
     monkeypatch.setattr(lagrangian, "MANY", 2)
 
 
-def test_detection_is_compared_with_the_processor(tmp_path, one_step):
+def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
     run_parts(cuda.PARTS, tmp_path / "rows", "detection", print)
     (row,) = read(tmp_path / "rows", "detection")
     assert (row["step"], row["triangles"], row["impacts"]) == ("falls", 2, 1)
@@ -38,7 +39,7 @@ def test_detection_is_compared_with_the_processor(tmp_path, one_step):
     assert text.count("Not measured yet.") == 5
 
 
-def test_whole_steps_and_zones(tmp_path, one_step):
+def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     for part in ("steps", "zones"):
         run_parts(cuda.PARTS, tmp_path / "rows", part, print)
     (row,) = read(tmp_path / "rows", "steps")
@@ -55,7 +56,7 @@ def test_whole_steps_and_zones(tmp_path, one_step):
 
 def test_launches_are_counted(tmp_path, monkeypatch):
     monkeypatch.setattr(cuda, "COUNTED", (8,))
-    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # it is
+    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # conftest.py has called it
     run_parts(cuda.PARTS, tmp_path / "rows", "launches", print)
     (row,) = read(tmp_path / "rows", "launches")
     assert row["gpu"] == "simulator"
@@ -63,13 +64,13 @@ def test_launches_are_counted(tmp_path, monkeypatch):
     assert row["arrays"] > row["launches"]
 
 
-def test_each_part_can_be_asked_for():
+def test_each_part_can_be_chosen():
     for part in cuda.PARTS:
         assert _parser().parse_args(["study", "cuda", "--only", part]).only == part
 
 
 @pytest.mark.parametrize("verdict", [0, 9, None])
-def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
+def test_the_verdict_of_the_memory_checks_is_recorded(tmp_path, monkeypatch, verdict):
     run = subprocess.run
 
     def said(command, **kwargs):
@@ -90,7 +91,7 @@ def test_what_checks_of_memory_say(tmp_path, monkeypatch, verdict):
     )
 
 
-def test_pairs_of_one_alone_are_counted():
+def test_pairs_found_by_one_side_alone_are_counted():
     import izo_ref
 
     found = izo_ref.find_impacts(vertex_over_face())

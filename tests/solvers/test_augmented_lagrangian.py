@@ -1,4 +1,4 @@
-"""The loop: every combination converges or says that it has not, and what it reports."""
+"""The augmented-Lagrangian loop: every combination converges or reports that it has not."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from izo_ref.base.options import CHOICES, LAGRANGIAN, Options
 from izo_ref.solvers.augmented_lagrangian import descend
 from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.zones.system import ZoneSystem
-from tests.helpers.shapes import opposed, problem, random_problem
+from tests.helpers.shapes import one_impact_problem, opposed_problem, random_problem
 from validation.scenes.zones import random_zone
 
 SEARCHES, UPDATES = CHOICES["line_search"], CHOICES["multiplier_update"]
@@ -35,7 +35,7 @@ def test_every_combination_converges(rng, method, search, update, penalty):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_nearly_parallel_rows_are_solved_or_said_not_to_be(rng, method, update):
+def test_nearly_parallel_constraints_are_solved_or_reported_unsolved(rng, method, update):
     for n in (4, 16, 64):
         zone = random_zone(rng, n, 1e3)
         found = izo_ref.solve_zone(zone, method, multiplier_update=update, max_steps=5000)
@@ -48,8 +48,8 @@ def test_nearly_parallel_rows_are_solved_or_said_not_to_be(rng, method, update):
             assert np.abs(found.positions - exact.positions).max() <= 1e-3 * scale
 
 
-def test_newton_with_a_growing_penalty_solves_nearly_parallel_rows(rng):
-    """With mu fixed it takes 1 / mu over the least eigenvalue of K as many updates."""
+def test_newton_with_a_growing_penalty_solves_nearly_parallel_constraints(rng):
+    """With mu fixed, the updates grow with 1 / (mu lambda), lambda the least eigenvalue of K."""
     solved = {"fixed": 0, "grown": 0}
     for _ in range(10):
         zone = random_zone(rng, 16, 1e3)
@@ -64,15 +64,15 @@ def test_newton_with_a_growing_penalty_solves_nearly_parallel_rows(rng):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_what_nothing_satisfies_ends(method, update):
-    found = izo_ref.solve_zone(opposed(0.1), method, multiplier_update=update)
+def test_an_infeasible_zone_ends_within_the_step_limit(method, update):
+    found = izo_ref.solve_zone(opposed_problem(0.1), method, multiplier_update=update)
     assert found.iterations < 100_000
     assert not found.residuals.solved(1e-9, 1e-9)
 
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_float32_ends_where_it_can_go_no_further(rng, method, update):
+def test_float32_stops_at_its_own_accuracy(rng, method, update):
     for n in (4, 32):
         zone = random_problem(rng, n, 100.0)
         found = izo_ref.solve_zone(zone, method, multiplier_update=update, precision="float32")
@@ -86,7 +86,7 @@ def test_float32_ends_where_it_can_go_no_further(rng, method, update):
         assert loose.iterations <= found.iterations
 
 
-def test_float32_is_float32(rng):
+def test_float32_differs_from_float64_by_its_rounding(rng):
     zone = random_problem(rng, 16)
     found = izo_ref.solve_zone(zone, "lbfgs", precision="float32")
     scale = np.sqrt(zone.masses)[:, None] * found.displacements
@@ -111,7 +111,7 @@ def test_steps_are_limited_and_counted(rng, method):
 
 @pytest.mark.parametrize("update", UPDATES)
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_the_trace_says_objective_and_violation_after_each_step(rng, method, update):
+def test_the_trace_holds_objective_and_violation_after_each_step(rng, method, update):
     zone = random_problem(rng, 8, 100.0)
     found = izo_ref.solve_zone(zone, method, multiplier_update=update, trace=True)
     assert found.trace.shape == (found.iterations, 2)
@@ -124,7 +124,7 @@ def test_the_trace_says_objective_and_violation_after_each_step(rng, method, upd
         assert part.trace[-1, 1] == pytest.approx(violation, rel=1e-9, abs=1e-15)
 
 
-def test_a_trace_is_in_the_same_units_from_a_preset(rng):
+def test_the_trace_of_a_preset_is_in_the_same_units(rng):
     zone = random_problem(rng, 8, 100.0)
     for preset in ("arcsim", "icloth", "xrtailor"):
         found = izo_ref.solve_zone(zone, preset=preset, trace=True)
@@ -135,10 +135,10 @@ def test_a_trace_is_in_the_same_units_from_a_preset(rng):
 
 
 def test_multipliers_of_a_preset_are_in_kg(rng):
-    """Whatever the scaling of its objective: stationarity wants them so."""
+    """A preset scales its objective, but stationarity needs multipliers in these units."""
     for preset in ("arcsim", "xrtailor"):
         for masses in (1.0, 7.0):
-            zone = problem(masses=[masses] * 4, thickness=1e-3)
+            zone = one_impact_problem(masses=[masses] * 4, thickness=1e-3)
             found = izo_ref.solve_zone(zone, preset=preset)
             exact = izo_ref.solve_zone(zone)
             np.testing.assert_allclose(found.multipliers, exact.multipliers, rtol=1e-3)
@@ -151,8 +151,8 @@ def test_no_trace_unless_asked_for(rng):
 
 
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_zones_side_by_side_are_solved_as_alone(rng, method):
-    """The same bits: each zone has arrays, multipliers and memory of its own."""
+def test_zones_in_one_call_get_the_bits_of_single_calls(rng, method):
+    """Each zone has its own arrays, multipliers and memory, so the bits are the same."""
     zones = [random_problem(rng, n, 10.0) for n in (3, 1, 9, 5)]
     vertices = np.cumsum([0] + [len(zone.masses) for zone in zones])
     system = ZoneSystem(

@@ -1,4 +1,4 @@
-"""Dense Cholesky factors, whole and of the first pivots."""
+"""Dense Cholesky factorisation of whole matrices, and of their first pivots."""
 
 import numpy as np
 import pytest
@@ -18,22 +18,24 @@ SIZES = [1, 2, 5, SMALL, SMALL + 1, 30, LARGE, 101, CHUNK + PANEL + 30]
 
 
 def positive_definite(rng, n):
+    """Return a random symmetric positive definite matrix."""
     half = rng.normal(size=(n, n + 3))
     return half @ half.T + 0.1 * np.eye(n)
 
 
 def factored(matrix, n, n_pivots, smallest):
+    """Factor a matrix in place, with work memory that begins as NaN."""
     partial_cholesky(matrix, n, n_pivots, smallest, np.full(work_of_cholesky(n), np.nan))
 
 
 @pytest.mark.parametrize("n", SIZES)
-def test_solves_to_the_rounding_of_the_method(rng, n):
+def test_solutions_are_within_the_backward_error_bound(rng, n):
     matrix, right = positive_definite(rng, n), rng.normal(size=n)
     factor, x = matrix.copy(), right.copy()
     factored(factor, n, n, 0.0)
     cholesky_solve(factor, n, x)
-    # Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem 10.4: backward
-    # error of at most (3 n + 1) u |R^T||R|, whose norm is at most n times that of A
+    # Higham, Accuracy and Stability of Numerical Algorithms (2002), theorem 10.4: the backward
+    # error is at most (3 n + 1) u |R^T||R|, and the norm of |R^T||R| at most n times that of A.
     residual = np.linalg.norm(matrix @ x - right)
     norm = np.linalg.norm(matrix, 2)
     assert residual <= (3 * n + 1) * n * U * norm * np.linalg.norm(x)
@@ -62,7 +64,7 @@ def test_first_pivots_leave_the_schur_complement(rng, n, pivots):
 
 @pytest.mark.parametrize("n", [6, 40, 120])
 def test_a_dependent_unknown_is_left_out(rng, n):
-    """The third row is the sum of the first two: the others are solved as if it was not there."""
+    """The third row is the sum of the first two; the others are solved as if it did not exist."""
     rows = rng.normal(size=(n, n))
     rows[2] = rows[0] + rows[1]
     matrix, right = rows @ rows.T, rng.normal(size=n)

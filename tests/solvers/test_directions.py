@@ -1,4 +1,4 @@
-"""Directions against dense and literal versions."""
+"""Directions of descent, compared with dense algebra and with literal versions."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,6 @@ from izo_ref.solvers.serial.descent import (
     GRADIENT,
     JACOBI,
     LBFGS,
-    MU,
     NEWTON,
     choose_direction,
 )
@@ -17,7 +16,7 @@ from izo_ref.solvers.serial.directions.cg import cg_direction
 from izo_ref.solvers.serial.directions.chebyshev import accelerate, goes_uphill, next_omega
 from izo_ref.solvers.serial.directions.lbfgs import PAIRS, lbfgs_direction, remember_pair
 from izo_ref.solvers.serial.directions.newton import newton_direction
-from izo_ref.solvers.serial.lagrangian import evaluate
+from izo_ref.solvers.serial.lagrangian import MU, evaluate
 from tests.helpers.one_zone import one_zone, settings
 from tests.helpers.shapes import random_problem
 
@@ -26,7 +25,7 @@ PENALTY = 30.0
 
 @pytest.fixture
 def zone(rng):
-    """Arrays of a zone, evaluated, with its dense generalised Hessian."""
+    """Return the arrays of a zone at a point, and its dense generalised Hessian there."""
     zone = random_problem(rng, 10)
     kappa = 0.5 + rng.random(len(zone.masses))
     x = 0.02 * rng.normal(size=zone.proposed.shape)
@@ -69,7 +68,7 @@ def test_jacobi_divides_by_the_diagonal_and_gradient_does_not(zone):
 
 
 def two_loop(gradient, pairs):
-    """Nocedal and Wright, algorithm 7.4, with eq. 7.20."""
+    """Return the L-BFGS direction: Nocedal and Wright, algorithm 7.4, with eq. 7.20."""
     q, alphas = gradient.copy(), []
     for s, y in reversed(pairs):
         alphas.append((s @ q) / (y @ s))
@@ -93,7 +92,7 @@ def test_lbfgs_is_the_two_loop_recursion(rng, zone, n_pairs):
         arrays.direction[:], arrays.previous[:] = pairs[-1]
         stored = remember_pair(arrays, stored, 1e-16)
     assert stored == n_pairs
-    # one without curvature leaves the others as they are, also where the next slot is in use
+    # A pair without curvature leaves the others unchanged, even if the next slot is in use.
     arrays.direction[:], arrays.previous[:] = 1.0, -1.0
     assert remember_pair(arrays, stored, 1e-16) == stored
     lbfgs_direction(arrays, stored)
@@ -111,7 +110,10 @@ def test_lbfgs_forgets_pairs_without_curvature(zone):
 
 
 def test_cg_is_conjugate_where_l_is_quadratic(zone):
-    """With exact steps every beta is Fletcher-Reeves': n active rows end it in n + 1 steps."""
+    """With exact steps each beta is that of Fletcher and Reeves.
+
+    With n active constraints, it then takes at most n + 1 steps.
+    """
     arrays, hessian = zone
     g = arrays.gradient[:-3].copy()
     reference, p = g.copy(), -g
@@ -140,8 +142,8 @@ def test_cg_takes_the_smaller_beta_and_none_below_zero(zone):
         np.testing.assert_allclose(arrays.direction, expected, rtol=1e-12)
 
 
-def test_what_is_no_descent_gives_way_to_the_gradient(zone):
-    """A pair that makes H negative, as rounding can."""
+def test_an_uphill_direction_is_replaced_by_the_gradient(zone):
+    """The stored pair makes the approximate inverse Hessian negative, as rounding can."""
     arrays, _ = zone
     n = len(arrays.x)
     arrays.memory[:n] = arrays.gradient
@@ -167,7 +169,7 @@ def test_omega_is_the_sequence_of_the_papers():
     assert found[10:] == [tenth, eleventh, 4.0 / (4.0 - rho**2 * eleventh)]
 
 
-def test_acceleration_goes_on_from_two_points_before(rng, zone):
+def test_acceleration_extrapolates_from_the_point_before_the_last(rng, zone):
     arrays, _ = zone
     before, start = rng.normal(size=(2, len(arrays.x)))
     step = rng.normal(size=len(arrays.x))

@@ -1,4 +1,4 @@
-"""Products of a zone's rows against those of the rows written out."""
+"""Products of the constraints of a zone, compared with those of dense rows."""
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from validation.scenes.piles import stack_zone
 
 
 def check(problem):
+    """Compare the products of all pairs of constraints that share an unknown with dense algebra."""
     system, _ = problem_system([problem])
     rows = scale_constraints(system)
     n, m = int(system.vertex_offsets[-1]), len(rows.rhs)
@@ -26,13 +27,13 @@ def check(problem):
     found = np.zeros((m, m))
     found[pairs[:, 0], pairs[:, 1]] = products
     found[pairs[:, 1], pairs[:, 0]] = products
-    # sums of at most 12 products of numbers of at most 1, in two orders
+    # Each product is a sum of at most 12 products of numbers of at most 1, in two orders.
     np.testing.assert_allclose(found, matrix @ matrix.T, rtol=0.0, atol=24 * 2.0**-52)
 
 
-def test_random_rows(rng):
+def test_products_of_random_constraints_are_those_of_dense_rows(rng):
     check(random_problem(rng, 40))
 
 
-def test_rows_with_pinned_vertices(rng):
+def test_products_with_pinned_vertices_are_those_of_dense_rows(rng):
     check(stack_zone(rng, 3, 5))

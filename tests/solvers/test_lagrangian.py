@@ -1,4 +1,4 @@
-"""The page's function, its gradient, and the slips of the page that are not copied."""
+"""The augmented Lagrangian of the page and its derivatives, without the errors of the page."""
 
 import numpy as np
 import pytest
@@ -13,13 +13,14 @@ from izo_ref.solvers.serial.lagrangian import (
     update_multipliers,
 )
 from tests.helpers.one_zone import one_zone, value
-from tests.helpers.shapes import problem, random_problem
+from tests.helpers.shapes import one_impact_problem, random_problem
 
 MU = 0.7
 
 
 @pytest.fixture
 def setting(rng):
+    """Return a problem, its arrays, its dense constraints and L as a function of x."""
     zone = random_problem(rng, 6)
     kappa = 0.5 + rng.random(len(zone.masses))
     x = 0.01 * rng.normal(size=zone.proposed.shape)
@@ -28,7 +29,7 @@ def setting(rng):
     return zone, arrays, rows, lambda x: value(zone, rows, kappa, MU, x, multipliers)
 
 
-def test_gradient_is_the_derivative(setting):
+def test_the_gradient_is_the_derivative_of_the_value(setting):
     _, arrays, _, value_at = setting
     found = evaluate(arrays, MU)
     x, h = arrays.x[:-3], 1e-6
@@ -41,8 +42,8 @@ def test_gradient_is_the_derivative(setting):
         assert abs(derivative - arrays.gradient[i]) < 1e-7
 
 
-def test_what_an_evaluation_measures(setting):
-    """Duality gap, objective and violation, against the dense formulas."""
+def test_an_evaluation_measures_gap_objective_and_violation(setting):
+    """Duality gap, objective and violation are those of the dense formulas."""
     _, arrays, rows, _ = setting
     found = evaluate(arrays, MU)
     x, w = arrays.x[:-3], arrays.curvatures[:-3]
@@ -56,11 +57,11 @@ def test_what_an_evaluation_measures(setting):
     assert found.largest_shift == pytest.approx(np.abs(shift).max())
 
 
-def test_change_along_a_line_is_the_difference(setting):
+def test_the_change_along_a_line_is_the_difference_of_values(setting):
     _, arrays, _, value_at = setting
     evaluate(arrays, MU)
     for p in (-arrays.gradient, np.sin(np.arange(len(arrays.x)))):
-        arrays.direction[:-3] = p[:-3]  # what is pinned does not move
+        arrays.direction[:-3] = p[:-3]  # the last three are the pinned vertex, which stays
         slope, curvature, _ = prepare_line(arrays, MU)
         here = value_at(arrays.x[:-3])
         for step in (1e-3, 0.1, 1.0, 5.0):
@@ -71,7 +72,7 @@ def test_change_along_a_line_is_the_difference(setting):
 
 
 def test_a_change_below_the_rounding_of_values_keeps_its_digits(setting):
-    """Near the minimum the difference of two values of L is rounding and nothing else."""
+    """Near the minimum, the difference of two values of L is nothing but rounding."""
     _, arrays, _, value_at = setting
     evaluate(arrays, MU)
     arrays.direction[:] = -1e-20 * arrays.gradient
@@ -82,7 +83,7 @@ def test_a_change_below_the_rounding_of_values_keeps_its_digits(setting):
     assert slope == pytest.approx(-1e-20 * np.sum(arrays.gradient**2), rel=1e-12)
 
 
-def test_second_derivative_and_diagonal(setting):
+def test_second_derivative_and_diagonal_are_those_of_the_hessian(setting):
     _, arrays, rows, _ = setting
     evaluate(arrays, MU)
     active = rows[arrays.pushed > 0.0]
@@ -97,7 +98,7 @@ def test_second_derivative_and_diagonal(setting):
     assert along_line(arrays, MU, -1.0, curvature, 1e-9)[2] == pytest.approx(second)
 
 
-def test_constraints_are_taken_anew(setting):
+def test_constraints_are_recomputed_from_the_positions(setting):
     zone, arrays, rows, _ = setting
     arrays.constraints[:] = np.nan
     renew_constraints(arrays)
@@ -105,8 +106,8 @@ def test_constraints_are_taken_anew(setting):
     np.testing.assert_allclose(arrays.constraints, expected, atol=1e-16)
 
 
-def test_multipliers_are_clamped_as_eq_9_is_meant(rng):
-    """Unclamped, a row that is satisfied would pull."""
+def test_multipliers_are_never_negative(rng):
+    """Eq. 9 of the page does not clamp, and a satisfied constraint would pull."""
     zone = random_problem(rng, 6)
     x = np.zeros(zone.proposed.shape)
     arrays, _ = one_zone(zone, np.ones(len(zone.masses)), x, np.full(6, 1e-3))
@@ -120,9 +121,9 @@ def test_multipliers_are_clamped_as_eq_9_is_meant(rng):
         assert (found.multipliers == 0.0).any()
 
 
-def test_mu_has_no_meaning_without_the_scaling_of_the_objective():
-    """The same zone, mu and steps; eq. 1 against the same objective times a hundred."""
-    zone = problem(masses=[1.0] * 4)
+def test_the_effect_of_mu_depends_on_the_scale_of_the_objective():
+    """One zone is solved twice with the same mu and steps, for eq. 1 and for 100 times eq. 1."""
+    zone = one_impact_problem(masses=[1.0] * 4)
     ends = []
     for scale in (1.0, 100.0):
         x, multipliers = np.zeros((4, 3)), np.zeros(1)
@@ -137,6 +138,6 @@ def test_mu_has_no_meaning_without_the_scaling_of_the_objective():
             renew_constraints(arrays)
             update_multipliers(arrays, MU)
         ends.append(-arrays.constraints[0])
-    # the gap of 1.5 is closed to a millionth with one, and with the other by a third
+    # The first closes the gap of 1.5 to a millionth, the second only by a third.
     assert -1e-3 < ends[0] < 0.0
     assert ends[1] < -0.5

@@ -1,4 +1,4 @@
-"""Which way a large zone goes, and that both ways end at the optimum."""
+"""Large zones: which of two methods solves them, and that both end at the optimum."""
 
 import numpy as np
 import pytest
@@ -26,12 +26,12 @@ def test_both_ways_end_at_the_optimum(rng, make, method):
     alone = solve_zone(problem, "interior-point", tolerance=1e-10)
     assert alone.method == "interior-point"
     size = np.linalg.norm(alone.displacements)
-    # the root of both gaps
+    # Each solution is within the square root of its gap.
     assert np.linalg.norm(found.displacements - alone.displacements) <= 4e-5 * size
 
 
-def test_pinned_vertices_do_not_tangle(rng):
-    """All impacts share one pinned vertex: it is no unknown, and no neighbour."""
+def test_a_shared_pinned_vertex_does_not_entangle_a_zone(rng):
+    """All impacts share one pinned vertex, which is not an unknown and so connects nothing."""
     problem = chain_zone(rng, 200)
     n = len(problem.masses)
     nodes = problem.nodes.copy()
@@ -44,7 +44,7 @@ def test_pinned_vertices_do_not_tangle(rng):
     assert not is_entangled(large_zone(shared))
 
 
-def test_what_nothing_satisfies_is_said(rng):
+def test_an_infeasible_zone_is_reported_unsolved(rng):
     problem = chain_zone(rng, 50)
     nodes, weights = (np.concatenate((a, a)) for a in (problem.nodes, problem.weights))
     normals = np.concatenate((problem.normals, -problem.normals))

@@ -1,4 +1,4 @@
-"""Each line search against a dense scan of L, and the conditions it promises."""
+"""Each line search against a dense scan of L, and the conditions that it promises."""
 
 import numpy as np
 import pytest
@@ -8,10 +8,16 @@ from izo_ref.solvers.serial.line_search import BACKTRACKING, EXACT, WOLFE, searc
 from tests.helpers.one_zone import one_zone, settings, value
 from tests.helpers.shapes import random_problem
 
-MU = 50.0  # rows weigh more than masses: many pieces along each line
+MU = 50.0  # constraints outweigh masses, so L has many pieces along each line
 
 
 def line(rng, n=12):
+    """Draw a zone, a point and a downhill direction.
+
+    Returns:
+        The arrays, (slope, curvature), the step to the minimum of the local quadratic, and
+        the function (value of L, slope) of the step in dense algebra.
+    """
     zone = random_problem(rng, n)
     kappa = 0.5 + rng.random(len(zone.masses))
     multipliers = 0.1 * rng.random(n)
@@ -23,7 +29,7 @@ def line(rng, n=12):
     assert slope < 0.0
 
     def along(step):
-        """L and its slope at x + step p: the gradient at the new point, not in between."""
+        """Return L and its slope at x + step p, with the gradient at that very point."""
         here = arrays.x[:-3] + step * arrays.direction[:-3]
         push = np.maximum(
             multipliers + MU * (zone.thickness - rows @ (zone.proposed.ravel() + here)), 0.0
@@ -51,7 +57,7 @@ def test_exact_search_finds_the_minimum_of_a_dense_scan(rng, factor):
 @pytest.mark.parametrize("factor", [1e-4, 1.0, 1e4])
 @pytest.mark.parametrize("curvature", [0.1, 0.9])
 def test_wolfe_conditions_hold_at_the_step_returned(rng, factor, curvature):
-    """Page eq. 21 with the gradient at x + step p: the page's own takes it in between."""
+    """Page eq. 21, but with the gradient at x + step p; the page takes it in between."""
     for _ in range(30):
         arrays, terms, model, along = line(rng)
         wolfe = settings(line_search=WOLFE, armijo=1e-4, wolfe=curvature)
@@ -78,7 +84,7 @@ def test_backtracking_takes_the_first_step_that_decreases_enough(rng, armijo):
 
 
 @pytest.mark.parametrize("search", [EXACT, BACKTRACKING, WOLFE])
-def test_uphill_there_is_no_step(rng, search):
+def test_an_uphill_direction_gets_no_step(rng, search):
     arrays, _, _, _ = line(rng)
     arrays.direction[:] = arrays.gradient
     slope, curvature, _ = prepare_line(arrays, MU)

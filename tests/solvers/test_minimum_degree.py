@@ -1,4 +1,4 @@
-"""The order of elimination: complete, the same each time, and with little fill."""
+"""The order of elimination: it is complete and causes little fill."""
 
 import numpy as np
 import pytest
@@ -13,13 +13,14 @@ from izo_ref.solvers.serial.minimum_degree import minimum_degree
 
 
 def order_of(entries, n):
+    """Return the order of elimination, and check that it contains each unknown once."""
     order = minimum_degree(*graph_of(entries, n))
     assert sorted(order.tolist()) == list(range(n))
     return order
 
 
 def fill(entries, n, order):
-    """Entries of the factor below its diagonal."""
+    """Count the entries of the factor below its diagonal."""
     position = np.argsort(order)
     graph = graph_of(position[entries], n)
     starts, _ = factor_structure(*graph, elimination_tree(*graph))
@@ -27,7 +28,7 @@ def fill(entries, n, order):
 
 
 def fill_by_exact_degrees(entries, n):
-    """Of the least exact degree, ties to the smallest number, on sets."""
+    """Count them where the unknown of least exact degree goes first, ties by number, on sets."""
     neighbours = [set() for _ in range(n)]
     for i, j in entries[entries[:, 0] != entries[:, 1]].tolist():
         neighbours[i].add(j)
@@ -45,11 +46,13 @@ def fill_by_exact_degrees(entries, n):
 
 
 def random_entries(rng, n, n_entries):
+    """Draw different pairs of unknowns, at most `n_entries` of them."""
     pairs = np.sort(rng.integers(n, size=(n_entries, 2)), axis=1)
     return np.unique(pairs[pairs[:, 0] < pairs[:, 1]], axis=0)
 
 
 def grid(k):
+    """Return the entries of a k x k grid, each unknown linked to its four neighbours."""
     number = np.arange(k * k).reshape(k, k)
     right = np.column_stack((number[:, :-1].ravel(), number[:, 1:].ravel()))
     return np.concatenate((right, np.column_stack((number[:-1].ravel(), number[1:].ravel()))))
@@ -63,7 +66,7 @@ def test_trees_have_no_fill(rng):
     assert fill(entries, n, order_of(entries, n)) == n - 1
 
 
-def test_a_clique_with_leaves(rng):
+def test_a_clique_with_leaves_has_no_fill(rng):
     clique = np.column_stack(np.triu_indices(20, 1))
     leaves = np.column_stack((np.arange(20), 20 + np.arange(20)))
     entries = np.concatenate((clique, leaves))
@@ -71,14 +74,16 @@ def test_a_clique_with_leaves(rng):
 
 
 @pytest.mark.parametrize("n", [1, 2, 3])
-def test_nothing_to_join(n):
+def test_a_graph_without_edges_is_ordered(n):
     order_of(np.zeros((0, 2), np.int64), n)
 
 
 @pytest.mark.parametrize("density", [1, 2, 4, 10])
 def test_random_graphs_fill_as_little_as_by_exact_degrees(rng, density):
-    """Ties and the bound of the degree move the fill both ways: on 20 graphs together by less
-    than a twentieth."""
+    """Ties and the bound of the degree change the fill in both directions.
+
+    Over 20 graphs together, the fill is at most a twentieth larger.
+    """
     found = exact = 0
     for _ in range(20):
         n = int(rng.integers(20, 120))

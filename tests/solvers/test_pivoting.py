@@ -1,29 +1,31 @@
-"""From a solution with fewer impacts to one with more."""
+"""Pivoting from the solution of a zone with fewer impacts to one with more."""
 
 import numpy as np
 import pytest
 
-from izo_ref.solvers.large_zone import LargeZone, solve_large_zone
+from izo_ref.solvers.large_zone import solve_large_zone
 from izo_ref.solvers.pivoting import pivot_from
+from izo_ref.solvers.scaled_constraints import LargeZone
 from tests.helpers.shapes import large_zone
 from validation.scenes.piles import chain_zone, stack_zone
 
-GAP, VIOLATION = 1e-10, 1e-12  # the second in the unit of rhs, whose largest is some 1e-2
+GAP, VIOLATION = 1e-10, 1e-12  # violation in the unit of rhs, whose largest entry is about 1e-2
 
 
 def without(zone, rows):
-    """The zone without some rows, (m,) b1."""
+    """Return the zone without the constraints that are flagged in `rows`, (m,) b1."""
     parts = (zone.nodes, zone.coefficients, zone.normals, zone.rhs, zone.lengths)
     return LargeZone(*(part[~rows] for part in parts), zone.n_vertices)
 
 
 def repeated(zone):
+    """Return the zone with each constraint twice."""
     parts = (zone.nodes, zone.coefficients, zone.normals, zone.rhs, zone.lengths)
     return LargeZone(*(np.concatenate((part, part)) for part in parts), zone.n_vertices)
 
 
 def solved(zone):
-    """z and multipliers by the interior point; 0 for rows that do not hold."""
+    """Return z and the multipliers by the interior point, with 0 for inactive constraints."""
     violation_m = VIOLATION * zone.lengths.max()
     z, u, _, _, done = solve_large_zone(zone, np.zeros(len(zone.rhs)), GAP, violation_m, True)
     assert done
@@ -31,14 +33,14 @@ def solved(zone):
 
 
 def start_without(zone, new):
-    """Multipliers of the solution without some rows, (m,) b1."""
+    """Return the multipliers of the solution without the constraints flagged in `new`."""
     start = np.zeros(len(new))
     start[~new] = solved(without(zone, new))[1]
     return start
 
 
 def assert_same(zone, found, z):
-    """The optimum, to the root of both gaps, and multipliers that prove it."""
+    """Check multipliers that prove the gap, and z within the square root of both gaps."""
     found_z, u, _ = found
     assert (u >= 0.0).all()
     assert (zone.rhs - zone.times(found_z)).max() <= VIOLATION
@@ -48,7 +50,7 @@ def assert_same(zone, found, z):
 
 
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.1, 0.3])
-def test_new_rows_are_taken_in(rng, share):
+def test_new_constraints_are_added_to_a_solution(rng, share):
     zone = large_zone(chain_zone(rng, 400))
     z, _ = solved(zone)
     found = pivot_from(zone, start_without(zone, rng.random(len(zone.rhs)) < share), GAP, VIOLATION)
@@ -56,7 +58,7 @@ def test_new_rows_are_taken_in(rng, share):
     assert_same(zone, found, z)
 
 
-def test_redundant_rows_are_no_hindrance(rng):
+def test_redundant_constraints_do_not_prevent_the_optimum(rng):
     zone = large_zone(stack_zone(rng, 6, 12))
     z, u = solved(zone)
     found = pivot_from(repeated(zone), np.concatenate((u, np.zeros(len(u)))), GAP, VIOLATION)
@@ -64,7 +66,7 @@ def test_redundant_rows_are_no_hindrance(rng):
     assert_same(repeated(zone), found, z)
 
 
-def test_a_far_start_ends_right_or_not_at_all(rng):
+def test_a_far_start_ends_at_the_optimum_or_gives_up(rng):
     zone = large_zone(chain_zone(rng, 400))
     z, _ = solved(zone)
     ended = 0
@@ -76,8 +78,8 @@ def test_a_far_start_ends_right_or_not_at_all(rng):
     assert ended > 0
 
 
-def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
-    """Its layers hold each other in many ways: rows on the wrong side change places for long."""
+def test_a_pile_in_full_contact_ends_at_the_optimum_or_gives_up(rng):
+    """The layers support each other in many ways, so pivoting can go on for a long time."""
     zone = large_zone(stack_zone(rng, 6, 12))
     z, _ = solved(zone)
     given_up = 0
@@ -91,7 +93,7 @@ def test_a_pile_in_full_contact_ends_right_or_not_at_all(rng):
     assert given_up > 0
 
 
-def test_what_nothing_satisfies_is_given_up(rng):
+def test_an_infeasible_zone_is_given_up(rng):
     zone = large_zone(chain_zone(rng, 50))
     opposed = repeated(zone)._replace(normals=np.concatenate((zone.normals, -zone.normals)))
     _, u = solved(zone)

@@ -1,4 +1,4 @@
-"""Presets against literal versions, and the parameters that SPEC 4 tabulates."""
+"""Presets against literal versions, and the parameters in the table of docs/method section 4."""
 
 import numpy as np
 import pytest
@@ -8,12 +8,13 @@ from izo_ref import Options
 from izo_ref.base import errors
 from izo_ref.base.options import LAGRANGIAN, PRESET_METHODS
 from izo_ref.solvers.presets import METHOD_PARAMETERS, PRESETS, choose_settings
-from tests.helpers.shapes import problem, random_problem
+from tests.helpers.shapes import one_impact_problem, random_problem
 from tests.naive import presets
 from tests.naive.qp import dense_rows
 
 
 def by_hand(name, zone, steps):
+    """Return the positions after some steps of the literal loop."""
     rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.masses))
     loop = getattr(presets, name)
     y = zone.proposed.ravel()
@@ -22,11 +23,13 @@ def by_hand(name, zone, steps):
 
 @pytest.mark.parametrize(("steps", "atol"), [(1, 1e-14), (2, 1e-14), (5, 1e-9), (13, 1e-6)])
 @pytest.mark.parametrize("name", PRESETS)
-def test_presets_take_the_steps_of_those_systems(rng, name, steps, atol):
-    """13 steps see the multipliers of a second inner solve, and Chebyshev's omega change.
+def test_presets_take_the_steps_of_their_literal_versions(rng, name, steps, atol):
+    """13 steps include the multipliers of a second inner solve, and a change of Chebyshev's omega.
 
-    Conjugate gradients on L, which mu = 1e3 makes stiff, amplify rounding a
-    thousandfold in a step.
+    mu = 1e3 makes L stiff, so conjugate gradients amplify rounding a thousandfold in each step.
+    Over 60 other draws of these zones, icloth and xrtailor are always within `atol`. arcsim
+    needs an `rtol` of at most 1.1e-11 after one and two steps; after 5 steps, 4 of the 60 draws
+    are off by up to 7e-6, and after 13 steps one is off by 5e-6.
     """
     moved = 0
     for n in (1, 4, 20):
@@ -35,15 +38,17 @@ def test_presets_take_the_steps_of_those_systems(rng, name, steps, atol):
             found = izo_ref.solve_zone(zone, preset=name, max_steps=steps)
             expected = by_hand(name, zone, steps)
             moved += found.iterations == steps
-            np.testing.assert_allclose(found.positions, expected, atol=atol)
+            np.testing.assert_allclose(found.positions, expected, rtol=1e-10, atol=atol)
     assert moved >= 2
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_presets_say_that_they_have_not_converged(name):
-    """Masses of a garment and a gap of millimetres, as they would meet them: 100 steps end
-    far from the optimum, and the residuals, which are not the solver's, show it."""
-    zone = problem(masses=[1e-5] * 4, thickness=1e-4)
+def test_presets_report_that_they_have_not_converged(name):
+    """100 steps end far from the optimum, and the independent residuals show it.
+
+    Masses are those of a garment and the gap is of millimetres, as these systems meet them.
+    """
+    zone = one_impact_problem(masses=[1e-5] * 4, thickness=1e-4)
     found = izo_ref.solve_zone(zone, preset=name)
     assert found.iterations <= 100
     assert found.method == PRESET_METHODS[name]
@@ -52,8 +57,8 @@ def test_presets_say_that_they_have_not_converged(name):
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_a_preset_fixes_what_it_is_made_of(name):
-    zone = random_problem(np.random.default_rng(3), 8)
+def test_a_preset_overrides_the_options_that_it_fixes(rng, name):
+    zone = random_problem(rng, 8)
     own = izo_ref.solve_zone(zone, preset=name, max_steps=20)
     same = izo_ref.solve_zone(
         zone,

@@ -1,10 +1,12 @@
+"""One zone, solved by every exact method and by gradient descent."""
+
 import numpy as np
 import pytest
 
 import izo_ref
 from izo_ref.base import errors
 from tests.helpers.own_scenes import zone_of_all_impacts
-from tests.helpers.shapes import ONE, opposed, problem, random_problem
+from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, opposed_problem, random_problem
 from tests.helpers.steps import load_zone
 from tests.naive.qp import dense_rows, solve_qp
 from validation.scenes import stored
@@ -14,12 +16,13 @@ APART = [[0, 0, 0.75], [0, 0, 0], [1, 0, 0], [0, 1, 0.0]]
 
 
 def weighted_distance(zone, a, b):
+    """Return the distance of two sets of positions, weighted by mass."""
     return np.sqrt(np.sum(zone.masses[:, None] * (a - b) ** 2))
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 def test_one_impact_has_a_closed_form(method):
-    one = problem()
+    one = one_impact_problem()
     k = float(np.sum(one.weights[0] ** 2 / one.masses))
     solution = izo_ref.solve_zone(one, method=method)
     assert solution.multipliers == pytest.approx([1.5 / k], rel=1e-9)
@@ -30,19 +33,19 @@ def test_one_impact_has_a_closed_form(method):
 
 
 def test_one_impact_takes_the_closed_form():
-    assert izo_ref.solve_zone(problem()).method == "closed-form"
+    assert izo_ref.solve_zone(one_impact_problem()).method == "closed-form"
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_nothing_to_do(method):
-    solution = izo_ref.solve_zone(problem(proposed=APART), method=method)
+def test_a_satisfied_constraint_moves_nothing(method):
+    solution = izo_ref.solve_zone(one_impact_problem(proposed=APART), method=method)
     np.testing.assert_array_equal(solution.positions, APART)
     assert solution.multipliers.tolist() == [0.0]
 
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e3, 1e6])
-def test_against_every_active_set(rng, method, mass_ratio):
+def test_solutions_are_the_best_over_all_active_sets(rng, method, mass_ratio):
     compared = 0
     for n in (2, 3, 4, 6, 8):
         for _ in range(4):
@@ -55,7 +58,7 @@ def test_against_every_active_set(rng, method, mass_ratio):
                 continue
             compared += 1
             scale = weighted_distance(zone, expected, zone.proposed)
-            # the oracle solves in raw units: it is the one that loses digits
+            # The oracle solves in unscaled units, so it is the one that loses digits.
             error = weighted_distance(zone, found.positions, expected)
             assert error <= 1e-6 * scale + 1e-15
             assert found.residuals.solved(1e-9, 1e-9)
@@ -65,7 +68,7 @@ def test_against_every_active_set(rng, method, mass_ratio):
 @pytest.mark.parametrize("method", EXACT_METHODS)
 @pytest.mark.parametrize("n", [1, 4, 16, 64, 256])
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
-def test_random_zones_are_certified(rng, method, n, mass_ratio):
+def test_random_zones_are_solved_to_tolerance(rng, method, n, mass_ratio):
     zone = random_problem(rng, n, mass_ratio)
     solution = izo_ref.solve_zone(zone, method=method)
     assert solution.feasible
@@ -75,8 +78,8 @@ def test_random_zones_are_certified(rng, method, n, mass_ratio):
 
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
-def test_redundant_rows(rng, method):
-    """Duplicates, sums of others, and rows that only touch."""
+def test_redundant_constraints_do_not_change_the_solution(rng, method):
+    """40 constraints are duplicates of the first 12."""
     for _ in range(5):
         zone = random_problem(rng, 12)
         repeated = np.concatenate((np.arange(12), rng.integers(0, 12, 40)))
@@ -96,26 +99,26 @@ def test_redundant_rows(rng, method):
 
 
 @pytest.mark.parametrize("method", EXACT_METHODS)
-def test_what_nothing_satisfies_is_said_to_be_infeasible(method):
-    assert not izo_ref.solve_zone(opposed(0.1), method=method).feasible
+def test_an_infeasible_zone_is_reported_infeasible(method):
+    assert not izo_ref.solve_zone(opposed_problem(0.1), method=method).feasible
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_a_row_without_unknowns(method):
-    """Its vertices are pinned: satisfied or not, nothing can be done about it."""
-    pinned = problem(
+def test_a_constraint_without_unknowns_only_decides_feasibility(method):
+    """All its vertices are pinned, so it is satisfied or not whatever the solution is."""
+    pinned = one_impact_problem(
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
-        weights=ONE["weights"] * 2,
-        normals=ONE["normals"] * 2,
-        proposed=[*ONE["proposed"], [0, 0, 2.0]],
+        weights=ONE_IMPACT["weights"] * 2,
+        normals=ONE_IMPACT["normals"] * 2,
+        proposed=[*ONE_IMPACT["proposed"], [0, 0, 2.0]],
         masses=[np.inf] * 4 + [1.0],
     )
     assert not izo_ref.solve_zone(pinned, method=method).feasible
-    fine = problem(
+    fine = one_impact_problem(
         nodes=[[0, 1, 2, 3], [4, 1, 2, 3]],
-        weights=ONE["weights"] * 2,
-        normals=ONE["normals"] * 2,
-        proposed=[[0, 0, 3.0], *ONE["proposed"][1:], [0, 0, -2.0]],
+        weights=ONE_IMPACT["weights"] * 2,
+        normals=ONE_IMPACT["normals"] * 2,
+        proposed=[[0, 0, 3.0], *ONE_IMPACT["proposed"][1:], [0, 0, -2.0]],
         masses=[np.inf] * 4 + [1.0],
     )
     solution = izo_ref.solve_zone(fine, method=method)
@@ -126,7 +129,7 @@ def test_a_row_without_unknowns(method):
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
-def test_units_do_not_matter(rng, method, scale):
+def test_scaled_units_give_the_scaled_solution(rng, method, scale):
     zone = random_problem(rng, 16)
     scaled = izo_ref.ZoneProblem(
         zone.nodes,
@@ -142,16 +145,16 @@ def test_units_do_not_matter(rng, method, scale):
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_momentum_of_a_zone_without_pinned_vertices(rng, method):
+def test_a_zone_without_pinned_vertices_keeps_its_momentum(rng, method):
     for n in (1, 8, 100):
         zone = random_problem(rng, n)
         solution = izo_ref.solve_zone(zone, method=method)
         forces = zone.masses[:, None] * (solution.positions - zone.proposed)
-        # rounding of positions of size 0.05 m, not of the displacement
+        # The rounding is that of positions of about 0.05 m, not of the displacements.
         assert np.abs(forces.sum(axis=0)).max() <= 1e-15 * len(zone.masses)
 
 
-def test_gradient_converges_to_the_same_answer(rng):
+def test_gradient_descent_converges_to_the_exact_optimum(rng):
     for n in (2, 16, 64):
         zone = random_problem(rng, n)
         exact = izo_ref.solve_zone(zone)
@@ -163,8 +166,8 @@ def test_gradient_converges_to_the_same_answer(rng):
 
 @pytest.mark.parametrize("method", ["auto", "interior-point"])
 @pytest.mark.parametrize("angle", [1e-5, 4e-7])
-def test_a_wedge_is_infeasible_rather_than_flung_away(method, angle):
-    """Two rows nearly opposed: they meet five kilometres off, or two hundred metres."""
+def test_a_narrow_wedge_is_reported_infeasible(method, angle):
+    """Two nearly opposed constraints meet two hundred metres away, or five kilometres."""
     zone = izo_ref.ZoneProblem(
         [[0, 1, 2, 3], [0, 1, 2, 3]],
         [[1.0, -0.3, -0.3, -0.4]] * 2,
@@ -176,36 +179,38 @@ def test_a_wedge_is_infeasible_rather_than_flung_away(method, angle):
     assert not izo_ref.solve_zone(zone, method=method).feasible
 
 
-def test_gradient_goes_on_where_a_step_ends_at_the_minimum(rng):
+def test_gradient_descent_continues_after_a_step_to_the_minimum(rng):
     for _ in range(20):
         corners = rng.dirichlet([1.0, 1.0, 1.0])
-        zone = problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
+        zone = one_impact_problem(weights=[[1.0, *-corners]], masses=[1.0] * 4)
         found = izo_ref.solve_zone(zone, method="gradient")
         assert found.residuals.solved(1e-9, 1e-9)
 
 
 @pytest.mark.parametrize("method", [*EXACT_METHODS, "gradient"])
-def test_no_impacts(method):
-    zone = problem(nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3)))
+def test_a_zone_without_impacts_moves_nothing(method):
+    zone = one_impact_problem(
+        nodes=np.empty((0, 4), int), weights=np.empty((0, 4)), normals=np.empty((0, 3))
+    )
     solution = izo_ref.solve_zone(zone, method=method)
     np.testing.assert_array_equal(solution.positions, zone.proposed)
     assert solution.residuals.solved(1e-9, 1e-9)
 
 
-def test_options_are_checked():
+def test_bad_options_are_refused():
     with pytest.raises(errors.OptionError, match="newtonish"):
-        izo_ref.solve_zone(problem(), method="newtonish")
+        izo_ref.solve_zone(one_impact_problem(), method="newtonish")
     with pytest.raises(errors.OptionError, match="line_search"):
-        izo_ref.solve_zone(problem(), line_search="guess")
+        izo_ref.solve_zone(one_impact_problem(), line_search="guess")
     with pytest.raises(errors.OptionError, match="xrtailor"):
-        izo_ref.solve_zone(problem(), method="interior-point", preset="xrtailor")
+        izo_ref.solve_zone(one_impact_problem(), method="interior-point", preset="xrtailor")
 
 
 @pytest.mark.parametrize(
     "name", [name for name, facts in stored.index().items() if "zone_of_all_impacts" in facts]
 )
-def test_zones_of_all_impacts_of_a_scene(name):
-    """Many redundant constraints; the optimum is that of two other solvers."""
+def test_a_zone_of_all_impacts_has_the_recorded_optimum(name):
+    """Many constraints are redundant; the recorded optimum is that of two other solvers."""
     facts, zone = stored.index()[name]["zone_of_all_impacts"], zone_of_all_impacts(name)
     assert len(zone.nodes) == facts["impacts"]
     solution = izo_ref.solve_zone(zone)
@@ -217,8 +222,8 @@ def test_zones_of_all_impacts_of_a_scene(name):
 
 @pytest.mark.data
 @pytest.mark.parametrize("name", ["first", "last"])
-def test_large_real_zones_with_redundant_rows(name):
-    """23,958 and 43,036 impacts; optimum of sum m |dx|^2 recorded from another solver."""
+def test_large_recorded_zones_have_the_recorded_optimum(name):
+    """23,958 and 43,036 impacts; another solver gave the recorded optimum of sum m |dx|^2."""
     zone = load_zone(f"zone-armadillo-{name}")
     solution = izo_ref.solve_zone(zone)
     assert solution.residuals.solved(1e-9, 1e-9)

@@ -1,4 +1,4 @@
-"""The sparse Cholesky factorisation against dense algebra."""
+"""The sparse Cholesky factorisation, compared with dense algebra."""
 
 import numba
 import numpy as np
@@ -9,7 +9,11 @@ from izo_ref.solvers.sparse import PARALLEL, SparseCholesky
 
 
 def random_matrix(rng, n, size, density=3):
-    """Entries of the upper or lower triangle, their values, and the whole matrix."""
+    """Draw a sparse positive definite matrix of n x n blocks.
+
+    Returns:
+        Entries, each in the upper or in the lower triangle, their values, and the whole matrix.
+    """
     pairs = rng.integers(n, size=(density * n, 2))
     entries = np.concatenate((pairs, np.column_stack((np.arange(n), np.arange(n)))))
     _, kept = np.unique(np.sort(entries, axis=1), axis=0, return_index=True)
@@ -27,21 +31,22 @@ def random_matrix(rng, n, size, density=3):
 
 @pytest.mark.parametrize("size", [1, 3])
 @pytest.mark.parametrize("n", [1, 2, 7, 40, 150])
-def test_solves(rng, n, size):
+def test_solutions_are_within_the_backward_error_bound(rng, n, size):
     entries, values, matrix = random_matrix(rng, n, size)
     factors = SparseCholesky(entries, n, size)
-    for scale in (1.0, 10.0):  # the same pattern with other values
+    for scale in (1.0, 10.0):  # the same pattern twice, with other values
         factors.factorize(scale * values)
         right = rng.normal(size=n * size)
         x = factors.solve(right)
         residual = np.linalg.norm(scale * matrix @ x - right)
         norm = np.linalg.norm(scale * matrix, 2)
-        # as in tests/solvers/test_dense.py, with the norm of |R^T||R| at most n times that of A
+        # The bound of tests/solvers/test_dense.py: the norm of |R^T||R| is at most n times that
+        # of A.
         assert residual <= (3 * n * size + 1) * n * size * 2.0**-53 * norm * np.linalg.norm(x)
 
 
-def test_threads_do_not_matter(rng):
-    """A matrix of so much work that it goes to all threads, by one and by two: the same bits."""
+def test_one_thread_and_two_give_the_same_bits(rng):
+    """The matrix needs enough work to be factored by all threads."""
     entries, values, _ = random_matrix(rng, 400, 3, density=2)
     right = rng.normal(size=1200)
     before, found = numba.get_num_threads(), []
@@ -55,7 +60,7 @@ def test_threads_do_not_matter(rng):
     np.testing.assert_array_equal(*found)
 
 
-def test_parts_that_are_not_connected(rng):
+def test_disconnected_components_are_solved_independently(rng):
     entries, values, _ = random_matrix(rng, 30, 3)
     other = np.concatenate((entries, entries + 30, [[60, 60]]))
     both = np.concatenate((values, 2.0 * values, [np.eye(3)]))
@@ -71,8 +76,10 @@ def test_parts_that_are_not_connected(rng):
 
 
 def test_a_grid_is_factored_in_few_operations():
-    """A minimum-degree order of a k x k grid needs some 10 k^3 operations; an order along the
-    rows k^4, which is six times as many here."""
+    """The factorisation of a k x k grid in minimum-degree order takes about 10 k^3 operations.
+
+    An order along the rows of the grid would take k^4, which is six times as many here.
+    """
     k = 60
     number = np.arange(k * k).reshape(k, k)
     right = np.column_stack((number[:, :-1].ravel(), number[:, 1:].ravel()))
@@ -82,8 +89,8 @@ def test_a_grid_is_factored_in_few_operations():
     assert factors.flops < 15 * k**3
 
 
-def test_structure_against_elimination_by_hand(rng):
-    """The tree, and the rows of each column, by playing the elimination on sets."""
+def test_the_structure_of_the_factor_is_that_of_elimination_on_sets(rng):
+    """Tree and columns of the factor are compared with an elimination that is done on sets."""
     for n in (1, 5, 30):
         entries, _, matrix = random_matrix(rng, n, 1, density=2)
         neighbours = [set(np.flatnonzero(row).tolist()) - {i} for i, row in enumerate(matrix)]

@@ -1,3 +1,5 @@
+"""The check of a step: which judges reject what, and what the command writes."""
+
 import json
 import sys
 
@@ -15,11 +17,12 @@ needs_ipctk = pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unus
 
 
 def positions_only(positions):
+    """Return a saved result that has positions and no zones."""
     return SavedResult(positions, None, None, None)
 
 
 def failed(verdict):
-    """Who said no."""
+    """Return the judges that rejected, and check that the verdict agrees with them."""
     assert verdict.passed is not any(fact.passed is False for fact in verdict.facts)
     return {fact.by for fact in verdict.facts if fact.passed is False}
 
@@ -35,7 +38,7 @@ def test_our_own_result_passes(rng):
 
 
 @needs_ipctk
-def test_the_proposal_itself_fails_everywhere():
+def test_the_proposed_positions_fail_by_every_judge():
     scene = vertex_over_face()
     verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
     assert failed(verdict) == {CERTIFICATE, OTHERS, "python-fcl", "ipctk"}
@@ -49,7 +52,7 @@ def test_a_vertex_pushed_through_by_a_nanometre_is_found(height, through):
     scene = vertex_over_face()
     end = scene.positions_t0.copy()
     end[3, 2] = height
-    end += 0.1 * np.arange(3)  # or the boxes alone would tell
+    end += 0.1 * np.arange(3)  # without this drift, boxes alone would separate the pair
     verdict = check(scene, positions_only(end), 1e-3)
     assert (failed(verdict) >= {CERTIFICATE, OTHERS, "python-fcl"}) is through
     assert verdict.passed is not through
@@ -57,7 +60,7 @@ def test_a_vertex_pushed_through_by_a_nanometre_is_found(height, through):
 
 @needs_ipctk
 def test_layers_that_swapped_are_found_though_the_end_is_free():
-    """What a test of the end alone cannot see."""
+    """A check of the end positions alone cannot see this."""
     a, faces = grid(6)
     start = np.concatenate((a, a + (0.01, 0.02, 0.1)))
     end = np.concatenate((a + (0.0, 0.0, 0.2), a + (0.01, 0.02, 0.1)))
@@ -76,7 +79,7 @@ def test_a_pinned_vertex_that_was_moved_is_found():
 
 
 def test_zones_that_are_not_optimal_are_found(rng):
-    """A result that is free, and farther from the proposal than its own impacts ask."""
+    """The first result is farther from the proposed positions than its own impacts require."""
     scene = two_sheets(rng, 5)
     result = izo_ref.resolve(scene, 1e-3)
     end = scene.positions_t0 + 0.99 * (result.positions - scene.positions_t0)
@@ -86,7 +89,7 @@ def test_zones_that_are_not_optimal_are_found(rng):
     assert failed(check(scene, nothing)) == {"izo_ref.residuals"}
 
 
-def test_others_are_judged_by_what_they_give(rng):
+def test_other_results_are_compared_by_objective_if_they_are_free(rng):
     scene = two_sheets(rng)
     result = izo_ref.resolve(scene, 1e-3)
     verdict = check(scene, positions_only(result.positions), 1e-3)
@@ -95,29 +98,30 @@ def test_others_are_judged_by_what_they_give(rng):
     back = 0.5 * (scene.positions_t0 + result.positions)
     known = {"half": back, "proposal": scene.positions_t1}
     verdict = check(scene, positions_only(back), 1e-3, known=known)
-    assert set(verdict.objectives) == {"izo_ref.resolve", "half"}  # the proposal is not free
+    # The proposed path is not free, so it has no objective to compare.
+    assert set(verdict.objectives) == {"izo_ref.resolve", "half"}
     assert verdict.objectives["half"] > verdict.objectives["izo_ref.resolve"]
 
 
 @needs_ipctk
-def test_pairs_that_cross_from_the_start_are_not_held_against_a_result():
+def test_pairs_that_intersect_at_the_start_do_not_fail_a_result():
     scene = vertex_over_face()
     start = scene.positions_t0.copy()
     start[3, 2] = -0.5
-    end = scene.positions_t0  # back up, through the face
+    end = scene.positions_t0  # the vertex moves back up through the face
     crossing = izo_ref.Scene(start, end, scene.faces, initial_intersections="exclude")
     verdict = check(crossing, positions_only(end), 1e-3)
     assert verdict.passed
     assert any("left out" in fact.answer for fact in verdict.facts)
 
 
-def test_a_judge_that_cannot_be_asked_is_said_not_to_have_been(monkeypatch):
+def test_a_judge_that_is_not_usable_is_reported_as_not_asked(monkeypatch):
     monkeypatch.setattr(ipc, "unusable", lambda: "no such instruction")
     scene = vertex_over_face()
     verdict = check(scene, positions_only(scene.positions_t1), 1e-3)
     assert failed(verdict) == {CERTIFICATE, "python-fcl"}
-    told = [fact for fact in verdict.facts if "not asked: no such instruction" in fact.answer]
-    assert [fact.by for fact in told] == [OTHERS, "ipctk"]
+    not_asked = [fact for fact in verdict.facts if "not asked: no such instruction" in fact.answer]
+    assert [fact.by for fact in not_asked] == [OTHERS, "ipctk"]
 
 
 def test_a_missing_package_is_named(monkeypatch, capsys):
@@ -158,7 +162,7 @@ def test_a_result_file_with_its_zones_is_judged_by_them(tmp_path, capsys):
     assert "1 zones, 0 not to tolerance" in capsys.readouterr().out
 
 
-def test_bad_input_is_said_and_nothing_is_written(tmp_path, capsys):
+def test_bad_input_is_refused_and_nothing_is_written(tmp_path, capsys):
     scene = vertex_over_face()
     save_scene(tmp_path / "step.npz", scene)
     save_result(tmp_path / "short.npz", positions_only(scene.positions_t0[:4]))

@@ -1,3 +1,5 @@
+"""The evidence of whole steps: tables, results that are wrong, and the files written."""
+
 import pytest
 
 from validation.__main__ import main
@@ -31,7 +33,7 @@ def test_check_finds_what_is_left_in_wrong_results():
     assert len(rows) == 3
     for row in rows:
         assert not row["verdict"]["passed"], row["result"]
-        # each by our certificate and by the others; the last at neither end
+        # Our certificate and the others reject each path; swapped layers are free at the end.
         free = {f["by"]: f["passed"] for f in row["verdict"]["facts"] if "free" in f["question"]}
         path = [free[by] for by in free if by not in ("python-fcl", "ipctk")]
         assert path == [False, False], row["result"]

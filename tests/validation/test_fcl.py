@@ -1,3 +1,5 @@
+"""Crossings of a mesh at rest, as python-fcl reports them."""
+
 import re
 
 import numpy as np
@@ -18,7 +20,7 @@ OVER_EDGE = [[0, 1, 2], [1, 0, 3]]
 
 
 def crosses(others, faces):
-    """Whether the two faces cross, the same in any order of faces and corners."""
+    """Return whether two faces cross, and check that no order of faces and corners matters."""
     positions = np.array(FACE + others, float)
     answers = []
     for first, second in ((0, 1), (1, 0)):
@@ -30,7 +32,7 @@ def crosses(others, faces):
 
 
 def slats(n):
-    """n upright slats that cross n level ones: n * n crossings of n + n faces."""
+    """Return n upright slats that cross n level ones: n * n crossings of n + n faces."""
     k = np.arange(n)[:, None, None]
     upright = np.array([[0, -9, -1], [0, 9 + 9 * n, -1], [0, 0, 9]]) + k * np.array([2, 0, 0])
     level = np.array([[-9, 0, 0.5], [9 + 9 * n, 0, 0.5], [0, 0, 0]]) + k * np.array([0, 2, 0.01])
@@ -45,8 +47,8 @@ def test_no_contact_is_cut_off(first_cap):
 
 
 @pytest.mark.parametrize("tilted", [False, True])
-def test_mesh_against_itself_is_no_crossing(rng, tilted):
-    """A flat sheet is the hard one: all its neighbours are coplanar."""
+def test_neighbouring_faces_of_a_sheet_do_not_cross(rng, tilted):
+    """A flat sheet is the hardest case, because all its neighbouring faces are coplanar."""
     positions, faces = grid(20)
     if tilted:
         positions = positions @ np.linalg.qr(rng.normal(size=(3, 3)))[0] + rng.normal(size=3)
@@ -54,7 +56,7 @@ def test_mesh_against_itself_is_no_crossing(rng, tilted):
 
 
 def test_each_pair_comes_once():
-    """Coplanar faces have several contacts, and come in both orders."""
+    """Coplanar faces have several contacts, and fcl lists them in both orders."""
     shifted = [[0.2, 0.2, 0], [1.2, 0.2, 0], [0.2, 1.2, 0]]
     positions = np.array(FACE + shifted + [[5, 5, 5]] * 3, float) + [0, 0, 1]
     positions[6:] += FACE
@@ -82,7 +84,7 @@ def test_each_pair_comes_once():
         "face in line, upright": ([[0, 0, 1], [0, 0, 2]], False),
     }.values(),
 )
-def test_faces_with_a_common_vertex(edge, expected):
+def test_faces_with_a_common_vertex_cross_as_worked_out_by_hand(edge, expected):
     assert crosses(edge, OVER_VERTEX) == expected
 
 
@@ -96,12 +98,12 @@ def test_faces_with_a_common_vertex(edge, expected):
         "without area": ([0.5, 0, 0], False),
     }.values(),
 )
-def test_faces_with_a_common_edge(tip, expected):
+def test_faces_with_a_common_edge_cross_as_worked_out_by_hand(tip, expected):
     assert crosses([tip], OVER_EDGE) == expected
 
 
 @pytest.mark.parametrize("tip", [[0.25, 0.25, 0], [0.25, 0.25, -1]])
-def test_faces_without_a_common_vertex(tip):
+def test_faces_without_a_common_vertex_cross(tip):
     assert crosses([tip, [0.2, 0.2, 1], [0.3, 0.3, 1]], APART)
 
 
@@ -123,12 +125,12 @@ def test_face_with_a_vertex_twice_is_refused():
 
 
 @pytest.mark.parametrize("faces", [np.empty((0, 3), int), [[0, 1, 2]]])
-def test_too_few_faces_to_cross(faces):
+def test_fewer_than_two_faces_have_no_crossing(faces):
     assert crossing_faces(np.array(FACE, float), faces).shape == (0, 2)
 
 
 def expected_pairs(positions, faces):
-    """Pairs of faces with an edge of one and a side of the other that meet, by izo_ref."""
+    """Return the pairs of faces, of which an edge of one meets the other, as izo_ref finds them."""
     found, _ = intersecting_pairs(positions, edges_of(faces), faces)
     corners = [set(face) for face in faces.tolist()]
     owners = []
@@ -141,7 +143,7 @@ def expected_pairs(positions, faces):
 
 @pytest.mark.parametrize("n_vertices", [8, 20, 60])
 def test_agrees_with_izo_ref_on_random_faces(rng, n_vertices):
-    """General positions: what shares no vertex, and what shares one."""
+    """The faces are in general position; pairs share no vertex or one."""
     faces = np.array([rng.choice(n_vertices, 3, replace=False) for _ in range(25)], np.int32)
     positions = rng.normal(size=(n_vertices, 3))
     pairs = crossing_faces(positions, faces).tolist()
@@ -150,7 +152,7 @@ def test_agrees_with_izo_ref_on_random_faces(rng, n_vertices):
 
 
 def test_agrees_with_izo_ref_on_a_grid_of_few_places(rng):
-    """Small integers: everything touches, lies in one plane or has no area."""
+    """With small integers, most faces touch, lie in one plane or have no area."""
     for _ in range(30):
         positions = rng.integers(0, 3, size=(5, 3)).astype(float)
         two = positions[OVER_VERTEX]
@@ -179,7 +181,7 @@ def test_crossings_at_a_common_vertex_are_not_hidden_in_a_larger_step():
 
 
 def test_touches_are_mostly_found(rng):
-    """A vertex exactly on a face, in integers and eighths: fcl alone decides in floats."""
+    """A vertex lies exactly on a face, in integers and eighths, but fcl decides in floats."""
     missed, n = 0, 100
     for _ in range(n):
         a, b, c = 8.0 * rng.integers(-99, 100, (3, 3))

@@ -1,4 +1,4 @@
-"""Zone families, contestants and the studies of zones."""
+"""Families of zones, the solvers that are compared, and the studies of zones."""
 
 import math
 
@@ -36,7 +36,7 @@ def test_families_are_feasible_seeded_and_violated(family):
 
 @pytest.mark.parametrize("step", ["crumple", pytest.param("crumple-10k", marks=pytest.mark.data)])
 def test_zones_of_a_step_can_fill_a_call_with_many(step):
-    """A step ends in few zones of note; they repeat."""
+    """A step has few large zones, so a call with many zones repeats them."""
     family = step_family(step, "the largest zones")
     assert family.count == 3
     many = [family.make(number) for number in range(2 * family.count + 1)]
@@ -67,13 +67,14 @@ def test_a_pinch_has_opposed_rows_on_each_vertex(rng):
         np.testing.assert_array_equal(lower, -upper)
 
 
-def test_fresh_rows_only(rng):
+def test_a_zone_of_fresh_constraints_has_no_duplicates(rng):
     problem = random_zone(rng, 50, fresh_only=True)
     assert len(np.unique(problem.nodes, axis=0)) == 50
 
 
 @pytest.fixture(scope="module")
 def tiny():
+    """Return a zone of six impacts and its exact optimum; solved once, so its seed is fixed."""
     problem = random_zone(np.random.default_rng(7), 6, 1e3)
     return problem, Truth(problem)
 
@@ -86,14 +87,14 @@ def test_libraries_solve_a_tiny_zone(tiny, name):
     call, read_result = library.prepare(zone, library.tolerances[-1], 10.0)
     found = read_result(call())
     moves, multipliers = zone.displacements(found.z), zone.multipliers(found.multipliers)
-    # an error of the gap is the square of one of z
+    # An error of the gap is the square of an error of z.
     assert truth.error(moves) < 1e-5
     assert residuals(problem, problem.proposed + moves, multipliers).solved(1e-6, 1e-6)
     assert read_result(call()).z == pytest.approx(found.z), "a second call is the same"
 
 
 @pytest.mark.parametrize("method", own.DUAL)
-def test_ours_solve_tiny_zones_side_by_side(tiny, method):
+def test_our_methods_solve_tiny_zones_side_by_side(tiny, method):
     problem, truth = tiny
     problems = [random_zone(np.random.default_rng(8), 3), problem]
     call, read_result = own.prepare(problems, own.Setting(method).options(1e-9))
@@ -104,7 +105,7 @@ def test_ours_solve_tiny_zones_side_by_side(tiny, method):
     assert judged.solved(1e-9, 1e-9)
 
 
-def test_a_truth_tells_an_error(tiny):
+def test_the_truth_measures_errors(tiny):
     problem, truth = tiny
     assert truth.says == "exact"
     best = solve_zone(problem, tolerance=1e-12).displacements
@@ -141,6 +142,7 @@ def test_the_plan_has_every_direction_and_line_search_in_every_family(quick):
 
 
 def _tiny_family():
+    """Return a family of tiny zones; the number of a zone is its seed."""
     return Family("tiny", "tiny", 3, "", lambda n: random_zone(np.random.default_rng(n), 3), 2)
 
 
@@ -189,14 +191,16 @@ def test_a_wrong_answer_does_not_count_as_converged(monkeypatch):
 
 
 def _past(*rows):
+    """Return a past of the quick study with these rows."""
     return inner.Past(inner.QUICK, rows)
 
 
 def _row(cell, family, *past):
+    """Measure one cell, and return its row."""
     return inner.cell_row(cell, inner.Bench(family), inner.QUICK, _past(*past), set())
 
 
-def test_what_took_too_long_is_left_out_at_larger_sizes():
+def test_a_solver_that_took_too_long_is_left_out_at_larger_sizes():
     cell = Cell("b", "PIQP", tolerance=1e-6)
     slow = Cell("a", "PIQP", tolerance=1e-6)._asdict() | {
         "series": "tiny", "size": 2, "call_s": 60.0, "outcome": "not converged"

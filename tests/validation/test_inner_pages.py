@@ -32,6 +32,7 @@ BASE = {
 
 @pytest.fixture
 def folder(tmp_path):
+    """Write rows of one zone by several solvers, and return their folder."""
     rows = Rows(tmp_path, "inner", Cell._fields)
 
     def add(solver, seconds, **columns):
@@ -67,10 +68,10 @@ def test_the_default_is_compared_with_what_reached_the_tolerance(folder):
     assert row["among_fastest"], "11 % slower than the fastest"
 
 
-def test_a_default_that_is_too_slow_is_said_to_be(folder):
+def test_a_default_that_is_too_slow_misses_its_target(folder):
     rows = Rows(folder, "inner", Cell._fields)
     slow = Cell("random-64", "auto", mode="batch")
-    rows.add(**slow._asdict() | BASE | {"seconds": 3e-4})  # the last row of a key counts
+    rows.add(**slow._asdict() | BASE | {"seconds": 3e-4})  # replaces the row of the same key
     (row,) = default_rows(Measured(folder))
     assert row["met"] is False
     assert row["among_fastest"] is False
@@ -100,7 +101,7 @@ def test_cells_say_their_outcome(folder):
     assert counted.reached == {1e-3: 1, 1e-6: 0, 1e-9: 0}
 
 
-def test_the_page_of_zones(folder, tmp_path):
+def test_the_page_of_zones_shows_rows_and_missing_cells(folder, tmp_path):
     path = inner.page(folder, tmp_path / "pages")
     text = path.read_text()
     assert text.count("<svg") == 6
@@ -121,7 +122,7 @@ def test_pages_without_rows_say_so(tmp_path):
         assert module.headlines(tmp_path / "none") == []
 
 
-def test_the_page_of_convergence(tmp_path):
+def test_the_page_of_convergence_shows_curves_and_failures(tmp_path):
     rows = Rows(tmp_path, "convergence", KEYS)
     for method, steps in (("newton", 3), ("gradient", 40)):
         for step in (steps, 1, 0):
@@ -150,12 +151,13 @@ def test_the_page_of_convergence(tmp_path):
 
 
 def _family(name, size):
+    """Return a measured family of a given size, without rows."""
     family = Family(name)
     family.size = size
     return family
 
 
-def test_targets_and_units():
+def test_targets_and_durations_are_formatted():
     assert target(_family("random-256", 256)) == (0.5, None)
     assert target(_family("random-4096", 4096)) is None
     assert target(_family("armadillo-last", 43036)) == (0.5, "PIQP")

@@ -1,3 +1,5 @@
+"""Hits on a path, and intersections at rest, as ipctk reports them."""
+
 import ipctk
 import numpy as np
 import pytest
@@ -12,11 +14,12 @@ pytestmark = pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusa
 
 
 def hits_of(scene, **options):
+    """Return the hits on the proposed path of a scene."""
     return path_hits(scene.positions_t0, scene.positions_t1, scene.edges, scene.faces, **options)
 
 
 def pairs_of(nodes, is_edge_edge):
-    """The same for a pair however its edges and corners are ordered."""
+    """Return keys of pairs that do not depend on the order of edges, ends and corners."""
     return {
         (bool(kind), frozenset((frozenset(row[: 1 + kind]), frozenset(row[1 + kind :]))))
         for row, kind in zip(nodes.tolist(), is_edge_edge, strict=True)
@@ -24,7 +27,7 @@ def pairs_of(nodes, is_edge_edge):
 
 
 def layers(n=5, gap=0.1):
-    """Two sheets that swap places, and so intersect neither before nor after."""
+    """Return two sheets that swap places, and so intersect neither at the start nor at the end."""
     low, faces = grid(n)
     high = low + (0.03, 0.02, gap)
     start, end = np.concatenate((low, high)), np.concatenate((low, high))
@@ -46,7 +49,7 @@ def test_layers_that_swap_are_found_on_the_path():
     assert len(pairs_of(nodes, is_edge_edge)) == len(nodes)
 
 
-def test_step_that_is_free_has_no_hits():
+def test_a_step_without_contact_has_no_hits():
     start, end, edges, faces = layers()
     end[:, 2] = 0.9 * start[:, 2]
     nodes, is_edge_edge, toi, complete = path_hits(start, end, edges, faces)
@@ -66,7 +69,7 @@ def test_agrees_with_izo_ref_on_two_sheets(rng, monkeypatch, chunk):
     np.testing.assert_allclose(np.sort(toi), np.sort(impacts.toi), atol=1e-6)
 
 
-def test_answer_that_is_free_has_no_hits(rng):
+def test_a_resolved_path_has_no_hits(rng):
     scene = two_sheets(rng)
     end = izo_ref.resolve(scene).positions
     assert len(path_hits(scene.positions_t0, end, scene.edges, scene.faces)[0]) == 0
@@ -86,8 +89,8 @@ def test_contact_exactly_at_the_end_is_not_missed():
 
 
 def test_settings_raise_no_alarm_for_a_near_miss(rng):
-    """The defaults report a vertex that stops well before the face."""
-    turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]  # level boxes would not overlap
+    """The defaults of ipctk report a vertex that stops well before the face."""
+    turned = np.linalg.qr(rng.normal(size=(3, 3)))[0]  # boxes of a level face would not overlap
     for gap in (1e-4, 1e-9):
         scene = vertex_over_face(drop=1.0 - gap)
         start, end = scene.positions_t0 @ turned, scene.positions_t1 @ turned
@@ -96,7 +99,7 @@ def test_settings_raise_no_alarm_for_a_near_miss(rng):
         assert not ipctk.is_step_collision_free(mesh, start, end)
 
 
-def test_search_that_ends_early_says_so():
+def test_a_search_that_ends_early_reports_it():
     start, end, edges, faces = layers()
     everything = path_hits(start, end, edges, faces)
     n = len(everything[0])
@@ -114,7 +117,7 @@ def test_touching_at_rest_is_an_intersection():
     assert has_intersections(positions, edges_of(faces), faces)
 
 
-def test_mesh_without_faces():
+def test_a_mesh_without_faces_has_no_hits():
     positions, none = np.zeros((3, 3)), np.empty((0, 2), int)
     assert not has_intersections(positions, none, np.empty((0, 3), int))
     assert len(path_hits(positions, positions + 1, none, np.empty((0, 3), int))[0]) == 0

@@ -10,7 +10,7 @@ from validation.mutants.faults import FAULTS
 from validation.mutants.run import ROOT, run_mutants
 
 
-def test_there_are_enough_of_all_stages_and_each_has_a_name_of_its_own():
+def test_the_list_covers_many_files_and_its_names_are_unique():
     assert len(FAULTS) >= 25
     assert len({fault.name for fault in FAULTS}) == len(FAULTS)
     assert len({fault.file for fault in FAULTS}) >= 15
@@ -24,9 +24,21 @@ def test_fault_fits_its_file(fault):
     assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse(text))
     assert fault.file.startswith("izo_ref/")
     assert fault.what
-    for test in fault.tests:
-        path, _, function = test.partition("::")
-        assert f"def {function}" in (ROOT / path).read_text()
+
+
+NAMED_TESTS = sorted({test for fault in FAULTS for test in fault.tests})
+
+
+@pytest.mark.parametrize("name", NAMED_TESTS)
+def test_every_test_that_a_fault_names_exists(name):
+    """A name is a file of tests, or a function in such a file."""
+    path, separator, function = name.partition("::")
+    assert path.startswith("tests/")
+    nodes = ast.parse((ROOT / path).read_text()).body
+    defined = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
+    tests = {other for other in defined if other.startswith("test_")}
+    assert tests
+    assert not separator or function in tests
 
 
 @pytest.fixture
@@ -51,6 +63,7 @@ def repository(tmp_path):
 
 
 def fault(name, old, new, limit_s=60.0):
+    """Return a fault of the small repository, in its only module."""
     file, tests = "izo_ref/sums.py", ("tests/test_add.py",)
     return Fault(name, file, old, new, "wrong", tests, limit_s=limit_s)
 

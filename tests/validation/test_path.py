@@ -1,3 +1,5 @@
+"""The exact oracle of single pairs on a path."""
+
 from fractions import Fraction
 from itertools import permutations
 
@@ -21,55 +23,55 @@ EDGE = [(-2, 0, 0), (2, 0, 0)]
 
 
 def vertex(start, end, face_start=FACE, face_end=None):
-    """A vertex and a face, which rests if it has no end of its own."""
+    """Return a vertex and a face; without an end of its own, the face rests."""
     return False, [start, *face_start], [end, *(face_start if face_end is None else face_end)]
 
 
 def edges(a_start, b_start, a_end=None, b_end=None):
-    """Two edges; one that has no end of its own rests."""
+    """Return two edges; an edge without an end of its own rests."""
     a_end = a_start if a_end is None else a_end
     b_end = b_start if b_end is None else b_end
     return True, [*a_start, *b_start], [*a_end, *b_end]
 
 
 def grazing_face(height):
-    """The face's height above (0, 0) is -(1 - 2 t)^2; the vertex rests there at `height`."""
+    """Return a vertex that rests at (0, 0, height); the face there has height -(1 - 2 t)^2."""
     start = [(-2, 0, -1), (2, 0, -1), (0, 3, 2)]
     return vertex((0, 0, height), (0, 0, height), start, [(-2, -2, 1), (2, -2, 1), (0, 1, -2)])
 
 
 def grazing_edge(height):
-    """Seen from above the edges cross; the second's height there is height - (1 - 2 t)^2."""
+    """Return edges that cross, seen from above; there the second has height - (1 - 2 t)^2."""
     b_start, b_end = [(0, 0, height - 1), (0, 2, height + 1)], [(0, -2, height + 1), (0, 0, 0)]
     b_end[1] = (0, 0, height - 1)
     return edges(EDGE, b_start, EDGE, b_end)
 
 
 def irrational(x, length=2):
-    """The second edge, in the plane at x, comes to y = z = 0 when 2 t^2 = 1."""
+    """Return edges of which the second, in the plane at x, reaches y = z = 0 when 2 t^2 = 1."""
     b_start = [(x, -length, 1), (x, length, 1)]
     return edges(EDGE, b_start, EDGE, [(x, 1 - length, 1 - 2 * length), (x, 1 + length, 5)])
 
 
 def shrinking(at):
-    """Three corners run through the origin at t = 1/2 and turn the face inside out."""
+    """Return a face whose corners pass the origin at t = 1/2, and a vertex at rest."""
     corners = np.eye(3)
     return vertex(at, at, corners, -corners)
 
 
 def turning(first, second):
-    """In a plane: the tips of an edge move along x + y = 2 and x + y = -2; the other rests."""
+    """Return two edges in a plane; the first has tips on x + y = 2 and -2, the second rests."""
     return edges(EDGE, [first, second], [(0, -2, 0), (0, 2, 0)])
 
 
 def passing(x):
-    """In the face's plane, along x - y = x: through the corner (4, 0) if x is 4."""
+    """Return a vertex that moves in the plane of the face through (x, 0); (4, 0) is a corner."""
     return vertex((x - 1, -1, 0), (x + 1, 1, 0))
 
 
 MISS = None
 CASES = {
-    # generic, and the boundaries of the face, the edges and the time
+    # general cases, and the boundaries of the face, of the edges and of the time
     "through the face": (vertex((1, 1, 1), (1, 1, -1)), HALF),
     "beside the face": (vertex((3, 3, 1), (3, 3, -1)), MISS),
     "ends on the face": (vertex((1, 1, 1), (1, 1, 0)), 1),
@@ -96,7 +98,7 @@ CASES = {
         edges(EDGE, [(2 + 2 * ULP, 0, 1), (2, 1, 1)], None, [(2 + 2 * ULP, 0, -1), (2, 1, -1)]),
         MISS,
     ),
-    # multiple roots, and their neighbours
+    # multiple roots, and cases close to them
     "face grazes": (grazing_face(0.0), HALF),
     "face just misses": (grazing_face(TINY), MISS),
     "face goes in and out": (grazing_face(-TINY), True),
@@ -195,7 +197,7 @@ CASES = {
     ),
     "all one point": (edges(*[[(7, 7, 7)] * 2] * 2), 0),
     "two points at rest": (edges([(7, 7, 7)] * 2, [(7, 7, 7 - 4 * ULP)] * 2), MISS),
-    # far apart in size
+    # numbers of very different size
     "huge and small": (
         vertex((1e-300, 1e-300, 1e300), (1e-300, 1e-300, -1e300), 1e300 / 4 * np.array(FACE)),
         HALF,
@@ -232,7 +234,7 @@ def test_cases_worked_out_by_hand(name):
 
 
 def variants(is_edge_edge, start, end):
-    """The same pair, told otherwise; every one is exact for every float."""
+    """Yield equivalent pairs; every change is exact for every float."""
     start, end = np.array(start, float), np.array(end, float)
     if is_edge_edge:
         orders = [[1, 0, 2, 3], [0, 1, 3, 2], [2, 3, 0, 1], [3, 2, 1, 0]]
@@ -246,19 +248,19 @@ def variants(is_edge_edge, start, end):
 
 
 def small_pairs(rng, count):
-    """Pairs with small integers; in half of them some axes are flat, so that many meet."""
+    """Draw pairs with small integers; in half of them some axes are flat, so that many meet."""
     for i in range(count):
         size = int(rng.integers(1, 5))
         start, end = rng.integers(-size, size + 1, (2, 4, 3)).astype(float)
         flat = rng.integers(0, 3) if i % 2 else 0
         start[:, 3 - flat :] = end[:, 3 - flat :] = 0.0
-        if i % 5 == 0:  # a node follows another one
+        if i % 5 == 0:  # one node follows another one
             a, b = rng.choice(4, 2, replace=False)
             start[a], end[a] = start[b] + rng.integers(0, 2), end[b]
         yield bool(rng.integers(2)), start, end
 
 
-def test_the_answer_keeps_under_what_keeps_the_question(rng):
+def test_equivalent_pairs_get_the_same_answer(rng):
     answers = set()
     for is_edge_edge, start, end in small_pairs(rng, 300):
         expected = meets(is_edge_edge, start, end)
@@ -274,7 +276,7 @@ def test_the_answer_keeps_under_what_keeps_the_question(rng):
 
 
 def sides(is_edge_edge, start, end, time):
-    """Both sides at a rational time, times its denominator, which keeps them integers."""
+    """Return both sides at a rational time, times its denominator, so that they are integers."""
     n, d = time.numerator, time.denominator
     nodes = (d - n) * np.asarray(start) + n * np.asarray(end)
     split = 2 if is_edge_edge else 1
@@ -315,7 +317,7 @@ def test_brackets_hold_the_roots_that_another_method_finds(rng):
                 expected = sorted(root for root in roots if 0 <= root.mid() <= 1)
                 assert len(brackets) == len(expected)
                 for bracket, root in zip(brackets, expected, strict=True):
-                    assert not root < bracket.low  # false unless certain
+                    assert not root < bracket.low  # a comparison of balls is true if certain
                     assert not root > bracket.high
                 found += len(brackets)
     assert found > 200
@@ -324,7 +326,7 @@ def test_brackets_hold_the_roots_that_another_method_finds(rng):
 @pytest.mark.parametrize(
     "wrong", [np.zeros((3, 3)), np.full((4, 3), np.nan), np.full((4, 3), np.inf)]
 )
-def test_what_is_no_pair_is_refused(wrong):
+def test_malformed_pairs_are_refused(wrong):
     with pytest.raises(ValueError, match=r"finite and of shape \(4, 3\)"):
         meets(True, wrong, wrong)
 

@@ -1,3 +1,5 @@
+"""The pages of the report: all are written, none is broken, and figures come from rows."""
+
 import math
 import re
 import subprocess
@@ -56,6 +58,7 @@ def steps_rows(folder):
 
 @pytest.fixture(scope="module")
 def report(tmp_path_factory):
+    """Write a report of made-up rows, once for all tests, and return its folder."""
     folder = tmp_path_factory.mktemp("report")
     begin_run(folder / "rows", "python -m validation report", False)
     sizes_rows(folder / "rows")
@@ -139,7 +142,7 @@ def test_a_step_study_writes_every_row_and_resumes(tmp_path, monkeypatch):
     monkeypatch.setattr(outer, "GENERATED", {name: outer.GENERATED[name]})
     monkeypatch.setattr(outer, "_warm_up", lambda: None)
     for limit in ("LONG_S", "QUICK_LIMIT_S"):
-        monkeypatch.setattr(outer, limit, math.inf)  # it may compile
+        monkeypatch.setattr(outer, limit, math.inf)  # the first step may have to compile
     said = []
     outer.run(tmp_path, True, said.append)
     rows = read(tmp_path, "outer")
@@ -170,6 +173,7 @@ def test_a_step_that_takes_too_long_or_is_refused_leaves_a_row(tmp_path, monkeyp
 
 
 def crossing_scene():
+    """Make a scene that intersects at its start, which raises an error."""
     from izo_ref import Scene
 
     points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [2, 2, 1]]

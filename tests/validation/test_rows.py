@@ -1,3 +1,5 @@
+"""Rows of measurements: they keep their types, resume after a cut, and name their run."""
+
 import math
 
 import numpy as np
@@ -52,7 +54,7 @@ def test_a_run_resumes_where_it_was(tmp_path):
     again = Rows(tmp_path, "study", ("zone", "size"))
     assert again.has(**ROW)
     assert not again.has(zone="a", size=5)
-    # a quick run's rows do not stand for those of a full one, nor the other way round
+    # Rows of a quick run do not replace those of a full run, nor the other way round.
     begin_run(tmp_path, "report", True)
     assert not Rows(tmp_path, "study", ("zone", "size")).has(**ROW)
 
@@ -63,7 +65,7 @@ def test_a_line_cut_off_is_measured_again(tmp_path):
     rows.add(zone="b", size=8, seconds=2.0)
     path = tmp_path / "study.csv"
     path.write_bytes(path.read_bytes()[:-3])
-    assert [row["zone"] for row in read(tmp_path, "study")] == ["a"]  # before it is mended too
+    assert [row["zone"] for row in read(tmp_path, "study")] == ["a"]  # before the file is repaired
     again = Rows(tmp_path, "study", ("zone", "size"))
     assert again.has(**ROW)
     assert not again.has(zone="b", size=8)

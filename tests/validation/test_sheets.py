@@ -1,3 +1,5 @@
+"""Sheets of any size that meet in a small part of their vertices."""
+
 import numpy as np
 import pytest
 
@@ -22,7 +24,7 @@ def test_sheets_are_the_same_for_a_seed():
     assert np.array_equal(one.positions_t0, two.positions_t0)
 
 
-def test_sheets_can_be_kept_apart(rng):
+def test_meeting_sheets_are_resolved_free(rng):
     result = resolve(meeting_sheets(rng, 1_000), 1e-4)
     assert result.status.name == "FREE"
     assert len(result.impacts.toi) > 0

@@ -1,3 +1,5 @@
+"""Pages of the report: well-formed, without other files, and usable in a browser."""
+
 import numpy as np
 import pytest
 
@@ -23,6 +25,7 @@ COLUMNS = {"name": "name", "value": "value", "doubled": lambda row: 2 * (row["va
 
 
 def drawing(shift=0.0):
+    """Return a small plot as SVG."""
     figure, ax = plots.new(7.0, 4.0)
     for i in range(3):
         x = 10.0 ** np.arange(5)
@@ -34,6 +37,7 @@ def drawing(shift=0.0):
 
 
 def write(path, extra=""):
+    """Write a page with plots, a table and a folded section."""
     two = site.panels([drawing(0.1), drawing(0.2)], ["one", "two"])
     sections = [
         ("Plot", site.figure(drawing(), "Time & size", [1])),
@@ -46,6 +50,7 @@ def write(path, extra=""):
 
 @pytest.fixture
 def page(tmp_path):
+    """Write a page, and return its file."""
     write(tmp_path / "scaling.html")
     return tmp_path / "scaling.html"
 
@@ -75,7 +80,7 @@ def test_a_page_is_well_formed_and_needs_no_other_file(page):
         '<p id="same"></p><p id="same"></p>',
     ],
 )
-def test_the_check_finds_what_is_wrong(tmp_path, wrong):
+def test_the_page_check_finds_each_defect(tmp_path, wrong):
     write(tmp_path / "scaling.html", wrong)
     with pytest.raises(AssertionError):
         check_page(tmp_path / "scaling.html")
@@ -86,7 +91,7 @@ def test_equal_rows_give_equal_pages(page, tmp_path):
     assert (tmp_path / "again" / "scaling.html").read_bytes() == page.read_bytes()
 
 
-def test_a_run_that_is_not_known_is_not_made_up(tmp_path):
+def test_an_unknown_run_is_called_unknown(tmp_path):
     sections = [("Plot", site.figure(drawing(), "Time", [1, 7]))]
     site.write_page(tmp_path / "outer.html", "T", "I", sections, [], [RUN])
     assert "Run 7: unknown" in (tmp_path / "outer.html").read_text()

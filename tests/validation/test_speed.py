@@ -29,13 +29,13 @@ def test_a_page_without_rows_says_what_is_missing(tmp_path):
     assert page(tmp_path).count("Not measured yet.") == 7
 
 
-def test_ratios_are_compared_with_what_is_wanted(tmp_path):
+def test_ratios_are_compared_with_their_targets(tmp_path):
     rows = Rows(tmp_path / "rows", "detection", ("step", "what", "threads"))
     for what, count, seconds in ((LBVH, 2, 0.5), (BOTH, 2, 4.0), (OWN, 2, 0.625), (OWN, 1, 1.25)):
         rows.add(step="a", what=what, threads=count, median_s=seconds, found=7, **SPREAD)
     text = page(tmp_path)
     assert len(line(text, "a", "1.25 MISSED", "0.156 MISSED")) == 1
-    assert len(line(text, "a", "detection", "2")) == 1  # two threads over one
+    assert len(line(text, "a", "detection", "2")) == 1  # the speedup of two threads
 
 
 def test_whole_steps_stand_beside_the_recorded_ones(tmp_path):
@@ -62,7 +62,7 @@ def test_whole_steps_stand_beside_the_recorded_ones(tmp_path):
     text = page(tmp_path)
     assert len(line(text, "a", "0.0625 met", "0.9")) == 1
     assert len(line(text, "b", "0.25 MISSED", "")) == 1
-    assert "CPU 0.125, objective 0.9 met" in text  # of b the objective does not count
+    assert "CPU 0.125, objective 0.9 met" in text  # the objective of b does not count
 
 
 def test_calls_are_made_in_turn():
@@ -104,7 +104,7 @@ def test_each_rule_has_its_column(tmp_path):
         assert len(line(text, "step", name)) == 3
 
 
-def test_the_exponent_is_that_of_the_times(tmp_path):
+def test_the_exponent_is_fitted_to_the_times(tmp_path):
     rows = Rows(tmp_path / "rows", "scale", ("size", "threads"))
     for size in (1000, 10_000, 100_000):
         rows.add(

@@ -1,4 +1,4 @@
-"""Oracles of zones against each other, and our solver against the exact one."""
+"""Oracles of zones compared with each other, and our solver compared with the exact one."""
 
 import math
 
@@ -20,8 +20,8 @@ from validation.study.nonlinear import nonlinear_rows
 from validation.study.zones import MASS_RATIOS, SIZES, random_zone_rows, scaling_rows
 
 
-def test_the_exact_oracle_by_hand():
-    """K = 1/1 + 1/2 * 1/4 + 1/4 * 1/16 * 2, r = 3/2: all of them rationals."""
+def test_the_exact_oracle_solves_one_impact_exactly():
+    """K = 1/1 + 1/2 * 1/4 + 1/4 * 1/16 * 2 and r = 3/2 are rational."""
     problem = izo_ref.ZoneProblem(
         [[0, 1, 2, 3]],
         [[1.0, -0.5, -0.25, -0.25]],
@@ -38,12 +38,12 @@ def test_the_exact_oracle_by_hand():
         multiplier * weight for weight in (1, fmpq(-1, 4), fmpq(-1, 16), fmpq(-1, 16))
     ]
     assert optimum.optimal
-    assert not zone.point([]).optimal  # nothing pushes, and the row is violated
+    assert not zone.point([]).optimal  # without a multiplier, the constraint is violated
     assert zone.distance(optimum.moves, zone.still) == pytest.approx(1.5 / math.sqrt(37 / 32))
 
 
-def test_the_exact_oracle_says_yes_to_the_optimum_alone(rng):
-    """Every other set of active rows gets a no."""
+def test_the_exact_oracle_accepts_the_optimum_alone(rng):
+    """Every other set of active constraints is rejected."""
     for _ in range(20):
         zone = ExactZone(random_zone(rng, 5, 1e6))
         optimum = zone.solve()
@@ -70,7 +70,7 @@ def test_the_exact_oracle_does_not_depend_on_where_it_begins(rng):
             assert zone.solve(guess).moves == expected
 
 
-def test_the_exact_oracle_against_every_active_set_in_floats(rng):
+def test_the_exact_oracle_agrees_with_a_search_of_all_active_sets(rng):
     for _ in range(15):
         problem = random_problem(rng, 5, 10.0)
         rows = dense_rows(problem.nodes, problem.weights, problem.normals, len(problem.proposed))
@@ -83,7 +83,7 @@ def test_the_exact_oracle_against_every_active_set_in_floats(rng):
             np.testing.assert_allclose(problem.proposed + moves, expected, atol=1e-12)
 
 
-def test_zones_without_a_point_are_found_to_have_none(rng):
+def test_infeasible_zones_are_reported_infeasible(rng):
     problem = random_zone(rng, 2)
     both = [np.repeat(part[:1], 2, axis=0) for part in (problem.nodes, problem.weights)]
     normals = np.array([problem.normals[0], -problem.normals[0]])
@@ -93,7 +93,7 @@ def test_zones_without_a_point_are_found_to_have_none(rng):
     assert not qp.solve(opposed, "clarabel").claims
 
 
-def test_random_zones_are_feasible_and_hold_what_they_promise(rng):
+def test_random_zones_are_feasible_and_contain_every_promised_kind(rng):
     kinds = {"duplicate": 0, "nearly parallel": 0, "opposed": 0}
     for _ in range(20):
         problem = random_zone(rng, 32, 1e12)
@@ -139,20 +139,20 @@ def test_ours_is_the_exact_optimum_to_1e_12_at_every_mass_ratio(random_rows):
     assert {row["mass_ratio"] for row in random_rows} == set(MASS_RATIOS)
     for row in random_rows:
         assert row["error"]["ours"] <= 1e-12, row
-        # and no positions in floats could be much closer
+        # No positions in floats could be much closer.
         assert row["error_of_positions"] <= 2.0 * row["least_of_positions"] + 1e-12
 
 
-def test_dense_oracles_agree_with_it(random_rows):
-    """To the conditions of these zones: they work on C, whose rows are nearly parallel."""
+def test_dense_oracles_agree_with_the_exact_optimum(random_rows):
+    """Their accuracy is limited: they work on C, whose rows are nearly parallel in these zones."""
     for row in random_rows:
         assert row["error"]["NNLS"] <= 1e-10, row
         assert row["error"]["SLSQP, scaled"] <= 1e-10, row
 
 
 @pytest.mark.parametrize("solver", list(qp.SETTINGS))
-def test_solvers_of_others_are_asked_the_same_question(rng, solver):
-    """On well-conditioned zones each is right where it says so, with its multipliers."""
+def test_other_solvers_are_given_the_same_problem(rng, solver):
+    """On well-conditioned zones, answers that claim success are optimal, multipliers included."""
     right = 0
     for _ in range(5):
         problem = random_problem(rng, 4, 10.0)
@@ -167,24 +167,24 @@ def test_solvers_of_others_are_asked_the_same_question(rng, solver):
     assert right >= 2
 
 
-def test_what_a_solver_raises_is_its_answer(rng):
+def test_an_error_of_a_solver_becomes_its_answer(rng):
     answer = qp.solve(random_zone(rng, 4), "proxqp", no_such_setting=1)
     assert not answer.claims
     assert np.isnan(answer.displacements).all()
     assert "TypeError" in answer.message
 
 
-def test_raw_slsqp_says_success_and_is_wrong_where_scaled_is_right():
+def test_raw_slsqp_claims_success_and_is_wrong_where_scaled_is_right():
     rows = scaling_rows()
     assert all(row["claims"] for row in rows)
     raw = [row for row in rows if row["form"] != "scaled"]
     assert sum(row["largest_position_error"] > 0.2 for row in raw) >= 6
-    assert max(row["error"] for row in raw) > 100.0  # in the norm that counts
+    assert max(row["error"] for row in raw) > 100.0  # relative, in the norm of the objective
     assert all(row["error"] <= 1e-12 for row in rows if row["form"] == "scaled")
 
 
-def test_raw_slsqp_is_asked_the_same_question(rng):
-    """Equal masses of a size near 1: then it is right as well."""
+def test_raw_slsqp_is_given_the_same_problem(rng):
+    """With equal masses near 1, the unscaled problem is solved correctly too."""
     problem = random_zone(rng, 3)
     zone = ExactZone(problem)
     answer = slsqp.solve_raw(problem, ftol=1e-16, gradients=True)
@@ -193,6 +193,7 @@ def test_raw_slsqp_is_asked_the_same_question(rng):
 
 @pytest.fixture(scope="module")
 def relinearized_rows():
+    """Return rows of the study of relinearisation, computed once."""
     return nonlinear_rows(each=4)
 
 

@@ -1,3 +1,5 @@
+"""The proved bound on the distance of an answer to the optimum, against exact distances."""
+
 import math
 
 import numpy as np
@@ -10,19 +12,20 @@ from validation.scenes.zones import random_zone
 
 
 def exact(problem, multipliers):
+    """Return the exact zone, its optimum, and the distance from the proposed positions to it."""
     zone = ExactZone(problem)
     optimum = zone.solve(active_rows(multipliers))
     return zone, optimum, zone.distance(optimum.moves, zone.still)
 
 
 def off_by(rng, problem, moves, size):
-    """Displacements at a random distance of `size` in the norm of the masses."""
+    """Return displacements that are off by `size` in a random direction, in the mass norm."""
     offset = rng.normal(size=moves.shape) / np.sqrt(problem.masses)[:, None]
     return moves + offset * size / math.sqrt((problem.masses[:, None] * offset**2).sum())
 
 
 def independent(problem, solution):
-    """Whether the different rows that are active are well away from dependent."""
+    """Return whether the active constraints, without duplicates, are far from dependent."""
     touching = problem.gaps(solution.positions) < 1e-6 * problem.thickness
     rows = np.flatnonzero((solution.multipliers > 0.0) | touching)
     entries = np.zeros((len(rows), len(problem.masses), 3))
@@ -35,11 +38,11 @@ def independent(problem, solution):
 
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
 @pytest.mark.parametrize("n_impacts", [1, 4, 16, 48])
-def test_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_ratio):
-    """Against the exact optimum, from far to near, with multipliers that are off as well.
+def test_the_bound_is_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_ratio):
+    """Answers are far from the exact optimum or near it, and their multipliers are off as well.
 
-    Rows that are dependent, or nearly so, leave a floor of some 2e-7 of the whole, the
-    square root of the rounding; so those are asked from 1e-5 on only.
+    Dependent or nearly dependent constraints limit the bound to about 2e-7 of the whole
+    displacement, the square root of the rounding. They are tested at distances from 1e-5 up.
     """
     for _ in range(4):
         problem = random_zone(rng, n_impacts, mass_ratio)
@@ -58,7 +61,7 @@ def test_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_rati
                 assert bound <= 10.0 * true, (relative, bound / true)
 
 
-def test_never_below_it_whatever_the_multipliers(rng):
+def test_the_bound_holds_for_any_multipliers(rng):
     for _ in range(100):
         problem = random_zone(rng, int(rng.integers(1, 12)), 10.0 ** rng.uniform(0, 12))
         solution = izo_ref.solve_zone(problem, tolerance=1e-12)
@@ -75,9 +78,12 @@ def test_never_below_it_whatever_the_multipliers(rng):
             assert bound >= zone.distance(moves, optimum.moves)
 
 
-def test_what_solvers_return_is_as_close_as_rounding_allows(rng):
-    """Independent rows: 1e-12 is proved. Nearly dependent ones: the square root of rounding
-    over how nearly, so much less."""
+def test_solutions_are_proved_close_to_the_optimum(rng):
+    """For independent constraints, a relative distance of 1e-12 is proved.
+
+    For nearly dependent ones, it is the square root of the rounding over how nearly they are
+    dependent, which is much larger.
+    """
     proved = 0
     for _ in range(40):
         problem = random_zone(rng, int(rng.integers(1, 40)), 10.0 ** rng.uniform(0, 12))
@@ -93,7 +99,7 @@ def test_what_solvers_return_is_as_close_as_rounding_allows(rng):
     assert proved > 10
 
 
-def test_pinned_vertices_and_hopeless_rows(rng):
+def test_the_bound_allows_pinned_vertices_unless_all_are_pinned(rng):
     problem = random_zone(rng, 6, 10.0)
     masses = problem.masses.copy()
     masses[:2] = np.inf
@@ -119,7 +125,7 @@ ONE = {
 
 
 def bound_of(displacements, multipliers=None, **changes):
-    """The bound, never below the exact distance, for one problem and displacements."""
+    """Return the bound for one problem and displacements, and check the exact distance."""
     problem = izo_ref.ZoneProblem(**(ONE | changes))
     displacements = np.array(displacements, float)
     if multipliers is None:
@@ -139,7 +145,7 @@ STILL = np.zeros((4, 3))
 
 
 def test_an_obstacle_that_was_moved_gives_no_bound():
-    """Or the problem would be another one, with the obstacle out of the way."""
+    """Otherwise the bound would belong to another problem, without the obstacle in the way."""
     moved = STILL.copy()
     moved[1:, 2] = -1.0
     masses = [1.0, np.inf, np.inf, np.inf]
@@ -148,7 +154,7 @@ def test_an_obstacle_that_was_moved_gives_no_bound():
 
 
 @pytest.mark.parametrize("size", [1e155, 1e300, 1e-155, 1e-300])
-def test_numbers_that_over_or_underflow_when_squared(size):
+def test_the_bound_holds_where_squares_overflow_or_underflow(size):
     bound_of(STILL, normals=[[0.0, 0.0, size]])
     bound_of(STILL, masses=[size, 1.0, 1.0, 1.0])
     scaled = size * np.array(ONE["proposed"])
@@ -156,8 +162,8 @@ def test_numbers_that_over_or_underflow_when_squared(size):
         bound_of(STILL, proposed=scaled, thickness=1e-3 * size)
 
 
-def test_a_free_vertex_with_hardly_any_weight():
-    """Its row is 1e-165 long, so that its square vanishes; nothing else can move."""
+def test_the_bound_holds_for_an_unpinned_vertex_with_a_tiny_weight():
+    """Its constraint has length 1e-165, so its square underflows; all other vertices are pinned."""
     free = {
         "proposed": [[0, 0, 0.3], [0, 0, 0.1], [1, 0, 0.1], [0, 1, 0.1]],
         "weights": [[1.0, -1.0, -1e-165, 0.0]],
@@ -172,7 +178,7 @@ def test_impacts_that_name_a_vertex_twice_give_no_bound():
     assert bound_of(STILL, **repeated) == math.inf
 
 
-def test_a_zone_without_impacts_is_left_where_it_is():
+def test_the_bound_without_impacts_is_the_distance_moved():
     nothing = {"nodes": np.empty((0, 4), int), "weights": np.empty((0, 4))}
     moved = STILL.copy()
     moved[2] = 3.0, 0.0, 4.0
@@ -180,7 +186,7 @@ def test_a_zone_without_impacts_is_left_where_it_is():
     assert bound == pytest.approx(10.0)
 
 
-def test_no_bound_where_nothing_is_known(rng):
+def test_the_bound_is_infinite_where_nothing_is_known(rng):
     problem = random_problem(rng, 3)
     nothing = np.zeros(3)
     assert izo_ref.distance_bound(problem, problem.proposed * np.nan, nothing) == math.inf
@@ -199,3 +205,28 @@ def test_no_bound_where_nothing_is_known(rng):
     )
     assert ExactZone(opposed).solve() is None
     assert izo_ref.distance_bound(opposed, opposed.proposed, np.ones(2)) == math.inf
+
+
+def test_the_bound_includes_the_rounding_of_slacks(rng):
+    """Constraints of size 1 are violated by 1e-9; slacks are rounded by 1e-7 of the answer."""
+    beyond = 0
+    for _ in range(100):
+        weights = np.append(1.0, -rng.dirichlet([1.0, 1.0, 1.0]))
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        proposed = rng.normal(size=(4, 3))
+        gap = normal @ (weights @ proposed)
+        if gap < 0.1:
+            continue
+        parts = ([[0, 1, 2, 3]], [weights], [normal], proposed, np.ones(4), gap + 1e-9)
+        problem = izo_ref.ZoneProblem(*parts)
+        found = izo_ref.solve_zone(problem)
+        zone = ExactZone(problem)
+        optimum = zone.solve(active_rows(found.multipliers))
+        true = zone.distance(found.displacements, optimum.moves)
+        bound = izo_ref.distance_bound(
+            problem, found.positions, found.multipliers, found.displacements
+        )
+        assert bound >= true
+        beyond += true > 1e-17
+    assert beyond > 10

@@ -1,3 +1,5 @@
+"""Zones: connected components of impacts, and the problems that they state."""
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from tests.naive.groups import components
 
 
 class Vertices:
-    """As much of a scene as zones look at."""
+    """The part of a scene that zones read."""
 
     def __init__(self, n, pinned=()):
         self.pinned = np.zeros(n, bool)
@@ -19,6 +21,7 @@ class Vertices:
 
 
 def impacts_of(nodes):
+    """Return impacts of the given vertices, without weights and normals."""
     nodes = np.array(nodes, np.int32).reshape(-1, 4)
     n = len(nodes)
     return Impacts(nodes, np.zeros(n, bool), np.zeros(n), np.zeros((n, 4)), np.zeros((n, 3)))
@@ -41,7 +44,7 @@ def test_zones_are_connected_components(rng, n):
 
 
 def test_a_long_chain_in_the_worst_order_is_one_zone():
-    """Merging in one pass, or to a fixed depth, breaks this one."""
+    """Merging in one pass, or to a fixed depth, would split this chain."""
     n = 500
     links = [(3 * i, 3 * i + 1, 3 * i + 2, 3 * i + 3) for i in range(n)]
     order = np.argsort(np.arange(n) * 7919 % n)
@@ -50,12 +53,12 @@ def test_a_long_chain_in_the_worst_order_is_one_zone():
     assert len(zones.vertices) == 3 * n + 1
 
 
-def test_more_than_a_hundred_zones():
+def test_a_thousand_zones_are_found():
     zones = izo_ref.build_zones(Vertices(4000), impacts_of(np.arange(4000).reshape(-1, 4)))
     assert len(zones) == 1000
 
 
-def test_pinned_vertices_do_not_join():
+def test_pinned_vertices_do_not_join_zones():
     nodes = [[0, 1, 2, 3], [4, 5, 6, 3]]
     assert len(izo_ref.build_zones(Vertices(7), impacts_of(nodes))) == 1
     assert len(izo_ref.build_zones(Vertices(7, [3]), impacts_of(nodes))) == 2
@@ -66,7 +69,7 @@ def test_impacts_of_pinned_vertices_only_are_in_no_zone():
     assert zones.impacts.tolist() == [1]
 
 
-def test_one_problem_or_all_side_by_side_are_the_same(rng):
+def test_a_zone_problem_equals_its_part_of_the_system(rng):
     scene = two_sheets(rng, pinned_below=True)
     impacts = izo_ref.find_impacts(scene)
     zones = izo_ref.build_zones(scene, impacts)
@@ -85,7 +88,7 @@ def test_one_problem_or_all_side_by_side_are_the_same(rng):
         assert (np.isinf(problem.masses[problem.nodes]) == pinned).all()
 
 
-def test_problems_side_by_side_are_solved_as_each_alone(rng):
+def test_problems_in_one_system_are_solved_as_each_alone(rng):
     problems = [random_problem(rng, n) for n in (1, 5, 20)]
     problems[1].masses[2] = np.inf
     system, places = problem_system(problems)

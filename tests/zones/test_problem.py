@@ -1,3 +1,5 @@
+"""The problem of one zone, and the residuals that judge an answer to it."""
+
 import math
 
 import numpy as np
@@ -5,7 +7,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base import errors
-from tests.helpers.shapes import ONE, problem, random_problem
+from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, random_problem
 from tests.naive.qp import dense_rows
 
 
@@ -24,14 +26,14 @@ from tests.naive.qp import dense_rows
         ({"thickness": math.inf}, errors.ThicknessError, "inf"),
     ],
 )
-def test_bad_input(changes, error, word):
+def test_bad_input_is_refused_and_named(changes, error, word):
     with pytest.raises(error, match=word):
-        problem(**changes)
+        one_impact_problem(**changes)
 
 
-def test_residuals_by_hand():
-    """One impact: r = d - gap = 1.5, K = sum a^2 / m = 1 + 1/4 + 1/32 + 1/64."""
-    one = problem()
+def test_residuals_are_those_worked_out_by_hand():
+    """For this impact, r = d - gap = 1.5 and K = sum a^2 / m = 1 + 1/4 + 1/32 + 1/64."""
+    one = one_impact_problem()
     k = 1.0 + 0.25 + 0.0625 / 2 + 0.0625 / 4
     multiplier = 1.5 / k
     x = one.proposed.copy()
@@ -42,7 +44,7 @@ def test_residuals_by_hand():
     short = izo_ref.residuals(one, one.proposed, np.array([0.0]))
     assert short.violation_m == 1.5
     assert short.violation == 3.0
-    assert short.gap == 0.0  # nothing moved, nothing pushes: only the violation tells
+    assert short.gap == 0.0  # nothing moves and nothing pushes, so only the violation shows it
 
     half = izo_ref.residuals(one, one.proposed, np.array([multiplier]))
     assert half.gap == math.inf
@@ -57,7 +59,7 @@ def test_the_gap_is_primal_less_dual(rng):
         zone = random_problem(rng, 5)
         rows = dense_rows(zone.nodes, zone.weights, zone.normals, len(zone.proposed))
         inverse = np.repeat(1.0 / zone.masses, 3)
-        # a feasible point and any multipliers
+        # Any feasible point and any multipliers have this gap.
         x = zone.proposed.ravel() + 0.1 * rng.normal(size=rows.shape[1])
         lift = np.linalg.lstsq(rows, np.maximum(zone.thickness - rows @ x, 0.0) + 0.01, rcond=None)
         x = x + lift[0]
@@ -73,17 +75,36 @@ def test_the_gap_is_primal_less_dual(rng):
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_undefined_is_infinite(bad):
-    x = np.array(ONE["proposed"])
+def test_positions_that_are_not_finite_have_infinite_residuals(bad):
+    x = np.array(ONE_IMPACT["proposed"])
     x[0, 0] = bad
-    found = izo_ref.residuals(problem(), x, np.zeros(1))
+    found = izo_ref.residuals(one_impact_problem(), x, np.zeros(1))
     assert set(found[:6]) == {math.inf}
     assert not found.solved(1e-9, 1e-9)
 
 
 def test_pinned_vertices_are_no_unknowns():
-    one = problem(masses=[1.0, np.inf, np.inf, np.inf])
+    one = one_impact_problem(masses=[1.0, np.inf, np.inf, np.inf])
     x = one.proposed.copy()
     x[0, 2] = 0.5
     found = izo_ref.residuals(one, x, np.array([1.5]))
     assert max(found[:6]) < 1e-14
+
+
+def test_a_violation_does_not_hide_a_gap():
+    """Of two constraints, one is violated by 1/2 and one open by 1/2; signed products cancel."""
+    zone = izo_ref.ZoneProblem(
+        [[0, 1, 2, 3], [4, 1, 2, 3]],
+        [[1.0, -0.5, -0.25, -0.25]] * 2,
+        [[0.0, 0.0, 1.0]] * 2,
+        [[0, 0, 0.0], [0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 0.0]],
+        [1.0, np.inf, np.inf, np.inf, 1.0],
+        1.0,
+    )
+    positions = zone.proposed.copy()
+    positions[[0, 4], 2] = 0.5, 1.5
+    found = izo_ref.residuals(zone, positions, np.array([1.0, 1.0]))
+    primal = 0.5 * (0.5**2 + 1.5**2)
+    assert found.complementarity == pytest.approx((0.5 + 0.5) / primal)
+    # The moves are 1/2 and 3/2 where the multipliers ask for 1 each: 1/2 (1/4 + 1/4) more.
+    assert found.gap == pytest.approx((0.25 + 0.5 + 0.5) / primal)

@@ -1,3 +1,5 @@
+"""Which impacts are taken into account next."""
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,14 @@ from tests.naive import groups
 
 
 def random_impacts(rng, n, k):
+    """Draw n impacts of k vertices, many of them at equal times."""
     nodes = np.array([rng.choice(k, 4, replace=False) for _ in range(n)], np.int32).reshape(-1, 4)
-    toi = rng.integers(0, 6, n) / 6.0  # many ties
+    toi = rng.integers(0, 6, n) / 6.0
     return Impacts(nodes, np.zeros(n, bool), toi, np.zeros((n, 4)), np.zeros((n, 3)))
 
 
 @pytest.mark.parametrize("n", [0, 1, 5, 40])
-def test_selections_are_the_obvious_ones(rng, n):
+def test_selections_are_those_of_the_literal_definitions(rng, n):
     for _ in range(20):
         impacts = random_impacts(rng, n, 12)
         pinned = rng.random(12) < 0.3

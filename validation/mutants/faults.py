@@ -1,9 +1,10 @@
-"""All faults, by stage."""
+"""The list of all faults, by stage."""
 
+from validation.mutants.fault import Fault
 from validation.mutants.faults_detection import DETECTION
 from validation.mutants.faults_lagrangian import LAGRANGIAN
 from validation.mutants.faults_path import PATHS
 from validation.mutants.faults_solve import SOLVERS
 from validation.mutants.faults_zones import ZONE
 
-FAULTS = [*DETECTION, *ZONE, *SOLVERS, *LAGRANGIAN, *PATHS]
+FAULTS: list[Fault] = [*DETECTION, *ZONE, *SOLVERS, *LAGRANGIAN, *PATHS]

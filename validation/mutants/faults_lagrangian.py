@@ -16,7 +16,7 @@ LAGRANGIAN = [
         "            if exact and not too_far and rise >= -wanted:\n"
         "                return step, change\n"
         "            if not exact and enough and abs(between) <= wanted:\n",
-        "the curvature condition takes the gradient between the ends, as the page has it",
+        "The curvature condition takes the gradient between the ends, as the page has it.",
         (SEARCHES,),
         ELSEWHERE,
     ),
@@ -25,7 +25,7 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/directions/newton.py",
         "        if zone.pushed[j] > 0:\n",
         "        if zone.coefficients[j, 0] == zone.coefficients[j, 0]:\n",
-        "the generalised Hessian takes rows that are not active",
+        "The generalised Hessian includes constraints that are not active.",
         (DIRECTIONS,),
     ),
     Fault(
@@ -33,7 +33,7 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/directions/newton.py",
         "    group.wait()\n    for vertex",
         "    for vertex",
-        "vertices gather from rows that other threads have not come to yet",
+        "Vertices gather from constraints that other threads have not computed yet.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -41,7 +41,7 @@ LAGRANGIAN = [
         "izo_ref/base/cuda/thread_group.py",
         "        for part in range(at, results, 3 * WARP):\n            a += shared[part]\n",
         "        for part in range(at, at + 3, 3 * WARP):\n            a += shared[part]\n",
-        "of a block of more threads than a warp only the first ones are summed",
+        "In a block with more threads than a warp, only the first threads are summed.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -50,7 +50,7 @@ LAGRANGIAN = [
         "    for k in range(cuda.threadIdx.x, cuda.gridDim.x, cuda.blockDim.x):\n"
         "        a += parts",
         "    for k in range(cuda.blockIdx.x, cuda.blockIdx.x + 1):\n        a += parts",
-        "of a zone that all blocks solve each has the sums of its own threads",
+        "In a zone that all blocks solve together, each block sums only its own threads.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -58,7 +58,7 @@ LAGRANGIAN = [
         "izo_ref/solvers/cuda/variables.py",
         "            largest = max(largest, row_sum)\n",
         "            largest = max(largest, 0.0 * row_sum)\n",
-        "on a GPU penalties are those of zones whose rows share nothing",
+        "On a GPU, penalties are those of a zone whose constraints share no vertex.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -66,7 +66,7 @@ LAGRANGIAN = [
         "izo_ref/loop/gpu_step.py",
         "kernels.put_rows[self._n](to_gpu(order), self.positions, moved_back)",
         "kernels.put_rows[self._n](to_gpu(np.sort(order)), self.positions, moved_back)",
-        "positions on the GPU are returned in the order in which the loop had them",
+        "Positions on the GPU are returned in the order that the loop uses.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -74,7 +74,7 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/directions/lbfgs.py",
         "    for pair in range(stored - 1, oldest - 1, -1):\n",
         "    for pair in range(oldest, stored):\n",
-        "the first loop of the recursion goes from the oldest pair to the newest",
+        "The first loop of the recursion goes from the oldest pair to the newest.",
         (DIRECTIONS,),
     ),
     Fault(
@@ -82,7 +82,7 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/directions/chebyshev.py",
         "    return 4.0 / (4.0 - rho * rho * omega)\n",
         "    return 4.0 / (4.0 - rho * omega)\n",
-        "Chebyshev's recursion takes rho where its square belongs",
+        "Chebyshev's recursion takes rho instead of its square.",
         (DIRECTIONS, METHODS),
     ),
     Fault(
@@ -90,7 +90,8 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/descent.py",
         "            if has_memory and not idle:\n                remember_step(zone, settings)\n",
         "",
-        "the change of the gradient is taken for the gradient: beta and pairs are wrong",
+        "The previous gradient is used as the change of the gradient, so beta and the stored "
+        "pairs are wrong.",
         (LOOP, METHODS),
     ),
     Fault(
@@ -98,7 +99,7 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/stopping.py",
         "    gap = 0.5 * measures.error + measures.products\n",
         "    gap = 0.0\n",
-        "a zone whose rows hold counts as solved, however far from the optimum",
+        "A zone whose constraints hold counts as solved, however far it is from the optimum.",
         (LOOP,),
     ),
     Fault(
@@ -106,15 +107,16 @@ LAGRANGIAN = [
         "izo_ref/solvers/serial/descent.py",
         "        trace_out[iteration - 1, 0] = unit * measures.objective\n",
         "        trace_out[iteration - 1, 0] = measures.objective\n",
-        "the trace has the objective as the scaled variables have it",
+        "The trace has the objective of the scaled variables.",
         (LOOP,),
     ),
     Fault(
         "preset-in-own-scaling",
-        "izo_ref/solvers/augmented_lagrangian.py",
+        "izo_ref/solvers/variables.py",
         "        scale = np.add.reduceat(1.0 / unpinned_masses, begin) / per_vertex\n",
         "        scale = per_vertex / np.add.reduceat(unpinned_masses, begin)\n",
-        "a preset's objective is over the mean of the masses, not of their inverses",
+        "A preset divides its objective by the mean mass instead of multiplying it by the mean "
+        "inverse mass.",
         (METHODS,),
     ),
 ]

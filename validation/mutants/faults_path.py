@@ -4,11 +4,12 @@ from validation.mutants.fault import CPU_SIMULATOR, Fault
 
 RESOLVE = "tests/loop/test_resolve.py"
 CERTIFY = "tests/certificate/test_certify.py"
-CAUGHT = "tests/test_caught.py"
-BY_HAND = "tests/certificate/test_exact_path.py::test_by_hand"
+MEETING = "tests/certificate/test_meeting.py"
+BY_HAND = "tests/certificate/test_exact_path.py::test_meeting_times_are_those_worked_out_by_hand"
 ROOTS = "tests/certificate/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
 EXACT = "tests/certificate/test_exact_path.py"
-BUDGET = "tests/loop/test_resolve.py::test_a_spent_budget_ends_free_by_fallback"
+SCALE_BACK = "tests/loop/test_scale_back.py"
+BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 
 PATHS = [
     Fault(
@@ -16,7 +17,7 @@ PATHS = [
         "izo_ref/detection/near_pairs.py",
         "        self.impacts = join_impacts((self.impacts.take(still), found)).take(order)\n",
         "        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)\n",
-        "incremental detection forgets the impacts of vertices that did not move since",
+        "Incremental detection forgets the impacts of vertices that did not move since.",
         (RESOLVE,),
     ),
     Fault(
@@ -24,8 +25,11 @@ PATHS = [
         "izo_ref/detection/detector.py",
         "            moved = rows_differ(positions_t1, previous_t1)\n",
         "            moved = (positions_t1 != previous_t1).all(axis=1)\n",
-        "incremental detection does not look again at what moved along an axis only",
-        ("tests/loop/test_resolve.py::test_one_vertex_by_hand", RESOLVE),
+        "Incremental detection does not look again at vertices that moved along some axes only.",
+        (
+            "tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face",
+            RESOLVE,
+        ),
     ),
     Fault(
         "zones-with-new-impacts-not-solved-again",
@@ -34,7 +38,7 @@ PATHS = [
         " >= first_new\n",
         "        changed = np.minimum.reduceat(zones.impacts, zones.impact_offsets[:-1])"
         " >= first_new\n",
-        "only zones that consist of new impacts are solved",
+        "Only zones that consist of new impacts are solved.",
         (RESOLVE,),
     ),
     Fault(
@@ -42,7 +46,7 @@ PATHS = [
         "izo_ref/loop/resolve.py",
         "        if not loop.run(number, limit=best):\n",
         "        if not loop.run(number):\n",
-        "a round of new normals is kept although it ends farther from the proposal",
+        "A round of new normals is kept although it ends farther from the proposed positions.",
         (RESOLVE,),
     ),
     Fault(
@@ -50,7 +54,7 @@ PATHS = [
         "izo_ref/loop/resolve.py",
         "    valid = certificate.free and not scaled_back\n",
         "    valid = certificate.free\n",
-        "a result that was scaled back may be called converged",
+        "A result that was scaled back may be called converged.",
         (BUDGET,),
     ),
     Fault(
@@ -58,7 +62,7 @@ PATHS = [
         "izo_ref/loop/resolve.py",
         "    if not certificate.free:\n",
         "    if not (certificate.free or not scaled_back):\n",
-        "a path that is not free is not called blocked",
+        "A path that is not free is not called blocked.",
         (RESOLVE,),
         CPU_SIMULATOR,
     ),
@@ -69,15 +73,15 @@ PATHS = [
         " start + scale[:, None] * full)\n",
         "        step.positions = np.where(\n            kept[:, None], step.positions,"
         " start + scale[:, None] * (step.positions - start)\n        )\n",
-        "what was scaled back is scaled again by its whole scale in each round",
-        (BUDGET, CAUGHT),
+        "In each round, vertices that were scaled back are scaled again by their whole scale.",
+        (SCALE_BACK,),
     ),
     Fault(
         "fallback-moves-what-was-not-scaled",
         "izo_ref/loop/scale_back.py",
         "np.where(kept[:, None], step.positions, start + scale[:, None] * full)\n",
         "start + scale[:, None] * full\n",
-        "scaling back moves pinned vertices by rounding",
+        "Scaling back moves pinned vertices by rounding.",
         (BUDGET, RESOLVE),
     ),
     Fault(
@@ -85,7 +89,7 @@ PATHS = [
         "izo_ref/certificate/certify.py",
         "    found = detector.find(positions)\n",
         "    found = detector.find(positions, (positions != scene.positions_t1).any(axis=1))\n",
-        "the certificate looks only at vertices that the solver moved",
+        "The certificate examines only vertices that the solver moved.",
         (CERTIFY,),
     ),
     Fault(
@@ -93,7 +97,7 @@ PATHS = [
         "izo_ref/certificate/certify.py",
         "        meets[i] = time is not None\n",
         "        meets[i] = False\n",
-        "what floats cannot decide is called apart without exact arithmetic",
+        "Pairs that floats cannot decide are called apart without exact arithmetic.",
         (CERTIFY, EXACT),
     ),
     Fault(
@@ -101,7 +105,7 @@ PATHS = [
         "izo_ref/certificate/certify.py",
         "        meets[i] = time is not None\n",
         "        meets[i] = True\n",
-        "what floats cannot decide is called meeting without exact arithmetic",
+        "Pairs that floats cannot decide are said to meet without exact arithmetic.",
         (CERTIFY, EXACT),
     ),
     Fault(
@@ -111,28 +115,23 @@ PATHS = [
         "    bound23 = COEFFICIENT_ERROR * (m2 * m3) + TINY\n"
         "    bound31 = COEFFICIENT_ERROR * (m3 * m1) + TINY\n",
         "    bound12 = bound23 = bound31 = 0.0\n",
-        "a contact is called certain although rounding could have made its side",
-        (
-            "tests/certificate/test_exact_path.py::test_nothing_is_certain_of_pairs_that_touch_or_nearly_do",
-        ),
+        "A contact is called certain although its side may come from rounding.",
+        (f"{MEETING}::test_pairs_that_barely_touch_or_miss_are_never_certain",),
     ),
     Fault(
         "edges-cross-by-one-side",
         "izo_ref/certificate/formulas/meeting.py",
         "        return side_b * side_s == -1\n",
         "        return side_b != 0\n",
-        "edges are certain to cross if the ends of one lie on both sides of the other",
-        (
-            CAUGHT,
-            "tests/certificate/test_exact_path.py::test_certain_meetings_are_true_and_few_are_left_open",
-        ),
+        "Two edges are said to cross if the ends of one lie on both sides of the other.",
+        (MEETING,),
     ),
     Fault(
         "root-at-one-lost",
         "izo_ref/certificate/exact_path.py",
         "    parts = [(0, 1, 1)]\n",
         "    parts = [(0, 2**60 - 1, 2**60)]\n",
-        "exact arithmetic looks for roots in [0, 1): what meets at the end is lost",
+        "Exact arithmetic looks for roots in [0, 1), so pairs that meet at the end are lost.",
         (BY_HAND,),
     ),
     Fault(
@@ -141,7 +140,7 @@ PATHS = [
         "        times = [AlgebraicTime([], 0, 0, 1)]\n"
         "        times += [time for p in deciding if p for time in roots_in_unit_interval(p)]\n",
         "        times = [] if deciding else []\n",
-        "pairs that are coplanar all the time never meet in exact arithmetic",
+        "In exact arithmetic, pairs that are coplanar all the time never meet.",
         (BY_HAND,),
     ),
     Fault(
@@ -149,7 +148,8 @@ PATHS = [
         "izo_ref/certificate/exact_path.py",
         "for vector in (*turns, *nodes) for p in vector] + differences\n",
         "for vector in (*turns, *nodes) for p in vector] + differences[:0]\n",
-        "of edges in one plane, the times at which ends of different edges are level are left out",
+        "For edges in one plane, the times at which ends of different edges are level are left "
+        "out.",
         (BY_HAND, EXACT),
     ),
     Fault(
@@ -157,24 +157,24 @@ PATHS = [
         "izo_ref/certificate/exact_path.py",
         "            if len(common) > 1:\n",
         "            if len(common) > 4:\n",
-        "a sign that is zero at an algebraic time is looked for by halving",
+        "A sign that is zero at an algebraic time is searched for by halving the interval.",
         (ROOTS,),
         limit_s=60.0,
     ),
     Fault(
         "nearly-zero-is-zero",
         "izo_ref/certificate/exact_path.py",
-        "            common = _common(time.polynomial, poly)\n",
-        "            return 0\n            common = _common(time.polynomial, poly)\n",
-        "a sign that is not certain on a narrow interval is called zero",
-        (BY_HAND, CAUGHT, EXACT),
+        "            common = common_divisor(time.polynomial, poly)\n",
+        "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
+        "A sign that is not certain on a narrow interval counts as zero.",
+        (BY_HAND, EXACT),
     ),
     Fault(
         "meeting-time-rounded-up",
         "izo_ref/certificate/exact_path.py",
         "    number = Fraction(time.low, time.unit)\n",
         "    number = Fraction(time.high, time.unit)\n",
-        "the time of a meeting may be given too late",
+        "The time of a meeting may be given too late.",
         (BY_HAND, EXACT),
     ),
     Fault(
@@ -182,7 +182,7 @@ PATHS = [
         "izo_ref/base/exact.py",
         "            if solution is not None and min(solution) >= 0:\n",
         "            if solution is not None:\n",
-        "hulls meet as soon as their affine spans do",
+        "Hulls are said to meet as soon as their affine spans do.",
         ("tests/base/test_exact.py",),
     ),
 ]

@@ -4,9 +4,9 @@ from validation.mutants.fault import GPU_SIMULATOR, Fault
 
 ZONES = "tests/zones/test_grouping.py"
 SHEETS = "tests/loop/test_resolve.py::test_two_sheets_end_free"
-BY_HAND = "tests/loop/test_resolve.py::test_one_vertex_by_hand"
-CALLERS = "tests/loop/test_resolve.py::test_impacts_come_in_the_callers_numbering"
-RENUMBERED = "tests/loop/test_resolve.py::test_renumbering_changes_nothing_beyond_rounding"
+BY_HAND = "tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face"
+CALLERS = "tests/loop/test_numbering.py::test_impacts_come_in_the_callers_numbering"
+RENUMBERED = "tests/loop/test_numbering.py::test_renumbering_changes_nothing_beyond_rounding"
 
 ZONE = [
     Fault(
@@ -14,7 +14,7 @@ ZONE = [
         "izo_ref/zones/cuda/grouping.py",
         "            if not pinned[nodes[j, k]]:\n                components_out[j] = ",
         "            if True:\n                components_out[j] = ",
-        "on a GPU an impact is in the zone of a pinned vertex",
+        "On a GPU, an impact belongs to the zone of a pinned vertex.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -22,7 +22,7 @@ ZONE = [
         "izo_ref/loop/cuda/step.py",
         "        changed_out[zone] = impacts[impact_offsets[zone + 1] - 1] >= first_new\n",
         "        changed_out[zone] = impacts[impact_offsets[zone]] >= first_new\n",
-        "on a GPU only zones that consist of new impacts are solved",
+        "On a GPU, only zones that consist of new impacts are solved.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -30,7 +30,7 @@ ZONE = [
         "izo_ref/loop/cuda/step.py",
         "        multipliers_out[impacts[i]] = scaled[i] / lengths[i]\n",
         "        multipliers_out[impacts[i]] = scaled[i]\n",
-        "multipliers of a GPU are those of unit rows",
+        "A GPU returns the multipliers of constraints scaled to unit length.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -38,7 +38,7 @@ ZONE = [
         "izo_ref/loop/cuda/step.py",
         "        terms_out[i] = masses[i] * total\n",
         "        terms_out[i] = total if masses[i] > 0.0 else 0.0\n",
-        "the objective that a GPU goes by is not weighted",
+        "The objective that the loop uses on a GPU is not weighted by the masses.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -46,7 +46,7 @@ ZONE = [
         "izo_ref/loop/gpu_step.py",
         "        kernels.negate_flags[len(zones)](solution.solved, left)\n",
         "        kernels.negate_flags[len(zones)](full(len(zones), True, np.bool_), left)\n",
-        "zones that a GPU did not solve are not left to the processor",
+        "Zones that a GPU did not solve are not left to the CPU.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -54,7 +54,7 @@ ZONE = [
         "izo_ref/zones/cuda/selection.py",
         "UNDECIDED and seen[nodes[j, k]] and not pinned[nodes[j, k]]:",
         "UNDECIDED and seen[nodes[j, k]]:",
-        "on a GPU an impact waits for another at the same pinned vertex",
+        "On a GPU, an impact waits for another impact at the same pinned vertex.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -62,7 +62,7 @@ ZONE = [
         "izo_ref/zones/cuda/selection.py",
         "if (n_own == n_unpinned) if all_new else (n_own > 0):",
         "if n_own > 0:",
-        "on a GPU impacts taken together share a vertex",
+        "On a GPU, impacts that are selected together share a vertex.",
         ("tests/cuda/test_simulator.py",),
     ),
     Fault(
@@ -70,7 +70,7 @@ ZONE = [
         "izo_ref/base/serial/components.py",
         "    a = find_root(parent, i)\n    b = find_root(parent, j)\n",
         "    a = parent[i]\n    b = parent[j]\n",
-        "zones are merged in one pass, so a chain of impacts falls apart",
+        "Zones are merged in one pass, so a chain of impacts falls apart.",
         (ZONES,),
         GPU_SIMULATOR,
     ),
@@ -80,7 +80,7 @@ ZONE = [
         "    order = order[np.count_nonzero(component < 0) :]\n",
         "    order = order[np.count_nonzero(component < 0) :]\n"
         "    order = order[np.isin(component[order], np.unique(component[order])[:100])]\n",
-        "there is room for a hundred zones, the others are dropped",
+        "There is room for a hundred zones, and the others are dropped.",
         (ZONES,),
         GPU_SIMULATOR,
     ),
@@ -89,7 +89,7 @@ ZONE = [
         "izo_ref/base/serial/components.py",
         "            if not pinned[vertex]:\n",
         "            if vertex >= 0:\n",
-        "impacts that share a pinned vertex only become one zone",
+        "Impacts that share only a pinned vertex become one zone.",
         (ZONES,),
     ),
     Fault(
@@ -97,7 +97,7 @@ ZONE = [
         "izo_ref/zones/system.py",
         "        np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),\n",
         "        np.where(scene.pinned[: len(vertices)], np.inf, scene.masses[vertices]),\n",
-        "the mask of pinned vertices is read with the index in the zone",
+        "The mask of pinned vertices is read with indices of the zone.",
         (ZONES,),
         GPU_SIMULATOR,
     ),
@@ -106,7 +106,8 @@ ZONE = [
         "izo_ref/loop/numbering.py",
         '    for name in ("positions_t0", "positions_t1", "masses", "pinned"):\n',
         '    for name in ("positions_t0", "positions_t1", "masses"):\n',
-        "vertices are renumbered, the mask of pinned ones is not: obstacle and cloth confused",
+        "Vertices are renumbered, but the mask of pinned ones is not, which mixes up obstacle and "
+        "cloth.",
         (SHEETS, RENUMBERED),
         GPU_SIMULATOR,
     ),
@@ -115,7 +116,7 @@ ZONE = [
         "izo_ref/solvers/scaled_constraints.py",
         "        1.0 / np.sqrt(system.masses),\n",
         "        np.where(np.isinf(system.masses), 0.0, np.sqrt(system.masses)),\n",
-        "rows are scaled with masses where inverse masses belong",
+        "Constraints are scaled with masses instead of inverse masses.",
         ("tests/solvers/test_solve.py::test_one_impact_has_a_closed_form",),
     ),
     Fault(
@@ -123,15 +124,15 @@ ZONE = [
         "izo_ref/zones/system.py",
         "        np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),\n",
         "        np.where(scene.pinned[vertices], np.inf, 1.0),\n",
-        "every free vertex has mass 1",
-        ("tests/loop/test_resolve.py::test_masses_share_the_correction",),
+        "Every unpinned vertex has mass 1.",
+        ("tests/loop/test_resolve.py::test_vertices_share_the_correction_by_inverse_mass",),
     ),
     Fault(
         "thickness-ignored",
         "izo_ref/solvers/serial/constraints.py",
         "    return (thickness - gap) / length, length, False\n",
         "    return -gap / length, length, False\n",
-        "zones are solved for a gap of zero",
+        "Zones are solved for a gap of zero.",
         (BY_HAND,),
     ),
     Fault(
@@ -140,9 +141,10 @@ ZONE = [
         "        self.positions = self.scene.positions_t1.copy()\n",
         "        self.positions = self.scene.positions_t0 + (\n"
         "            self.scene.positions_t1 - self.scene.positions_t0\n        )\n",
-        "pinned vertices and those that nothing pushes end a rounding off their target",
+        "Pinned vertices and those that nothing pushes end a rounding away from their proposed "
+        "positions.",
         (
-            "tests/loop/test_resolve.py::test_without_collisions_the_proposal_comes_back_bit_for_bit",
+            "tests/loop/test_resolve.py::test_without_impacts_the_proposed_positions_come_back_bit_for_bit",
         ),
     ),
     Fault(
@@ -150,7 +152,7 @@ ZONE = [
         "izo_ref/loop/resolve.py",
         "    positions[order] = loop.step.positions\n",
         "    positions[:] = loop.step.positions[order]\n",
-        "positions are put back with the inverse of the numbering",
+        "Positions are put back with the inverse of the numbering.",
         (BY_HAND, RENUMBERED),
     ),
     Fault(
@@ -158,7 +160,7 @@ ZONE = [
         "izo_ref/loop/numbering.py",
         "    weights[vf, 1:] = np.take_along_axis(weights[vf, 1:], corners, 1)\n",
         "",
-        "corners come back in the caller's order, their weights do not",
+        "Corners are put back into the caller's order, but their weights are not.",
         (CALLERS, SHEETS),
     ),
     Fault(
@@ -166,7 +168,7 @@ ZONE = [
         "izo_ref/loop/numbering.py",
         "    weights[swap] = -weights[swap][:, [2, 3, 0, 1]]\n",
         "    weights[swap] = weights[swap][:, [2, 3, 0, 1]]\n",
-        "the sides of two edges change places, the signs of their weights do not",
+        "The two edges of a pair swap sides, but the signs of their weights do not.",
         (CALLERS, SHEETS),
     ),
     Fault(
@@ -174,15 +176,17 @@ ZONE = [
         "izo_ref/loop/numbering.py",
         "    codes = morton_codes_of(scene.positions_t0, vertices)\n",
         "    codes = np.arange(len(vertices))\n",
-        "the numbering of the caller decides between impacts at equal times",
-        ("tests/loop/test_resolve.py::test_a_regular_grid_with_ties_in_any_numbering",),
+        "The numbering of the caller decides between impacts at equal times.",
+        (
+            "tests/loop/test_numbering.py::test_impacts_at_equal_times_are_resolved_alike_in_any_numbering",
+        ),
     ),
     Fault(
         "selection-by-one-new-vertex",
         "izo_ref/zones/serial/selection.py",
         "            selected_out[j] = n_new == n_unpinned\n",
         "            selected_out[j] = n_new >= n_unpinned - 1\n",
-        "`independent` takes impacts that share a vertex with one taken before",
+        "`independent` selects impacts that share a vertex with one that was selected before.",
         ("tests/zones/test_selection.py",),
     ),
     Fault(
@@ -190,7 +194,7 @@ ZONE = [
         "izo_ref/zones/serial/selection.py",
         "                seen[nodes[j, k]] = True\n",
         "                seen[nodes[j, k]] = k > 0 or seen[nodes[j, k]]\n",
-        "the first vertex of an impact that was taken is not marked as seen",
+        "The first vertex of a selected impact is not marked as seen.",
         ("tests/zones/test_selection.py",),
     ),
 ]

@@ -1,10 +1,10 @@
-"""Run the tests on copies of the repository with one fault each.
+"""Run the tests on copies of the repository that have one fault each.
 
-A snapshot of the tree is taken first, so edits in the meantime do not matter. The tests
-that should notice are first run on the snapshot as it is: they have to pass, or a failure
-would mean nothing. Each fault then gets a fresh copy, at the same place, and a cache of
-compiled code of its own; one that touches no compiled file starts with the cache of the
-first run, because the compiled files, and so the code, are the same.
+First a snapshot of the tree is taken, so edits during the run do not matter. The tests that should
+notice run on the snapshot without any fault, and they have to pass, since otherwise a failure would
+mean nothing. Then each fault gets a fresh copy, always at the same place, and a cache of compiled
+code of its own. If a fault changes no compiled file, the cache starts with the code of the first
+run, since that code is the same.
 """
 
 import json
@@ -16,43 +16,54 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
+from validation.mutants.fault import Fault
 from validation.mutants.faults import FAULTS
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = shutil.ignore_patterns(
     ".git", ".venv", "build", "__pycache__", ".pytest_cache", ".ruff_cache", "*.egg-info"
 )
-# It compares the list with the sources and so would notice every fault, for no merit.
+# This test compares the list with the sources, so it notices every fault, which proves nothing.
 LIST_TEST = "tests/validation/test_mutants.py"
 COMPILED = re.compile(r"izo_ref/(\w+/(formulas|serial|cpu)/|base/compile\.py)")
 WHOLE_SUITE_LIMIT_S = 3600.0
 PASSED, FAILED, INTERRUPTED = 0, 1, 2  # exit codes of pytest
 
 
-def run_mutants(names=None, json_path=None, *, root=ROOT, faults=FAULTS, whole=True):
+def run_mutants(
+    names: Iterable[str] | None = None,
+    json_path: str | Path | None = None,
+    *,
+    root: Path = ROOT,
+    faults: Sequence[Fault] = FAULTS,
+    whole: bool = True,
+) -> list[dict[str, Any]]:
     """Apply each fault to a copy of the repository and run the tests there.
 
     Args:
-        names: of the faults to run; all if None.
-        json_path: where the rows are written, after each of them; nowhere if None.
-        root: of the repository.
-        faults: list of `Fault`.
-        whole: run the whole suite on what the tests named by a fault let pass.
+        names: Names of the faults to run; all if None.
+        json_path: File to which the rows are written after each of them; none if None.
+        root: Root of the repository.
+        faults: The faults.
+        whole: If the tests that a fault names all pass, run the whole suite.
 
     Returns:
-        A list of dicts, one a fault: name, file, what, origin, caught, by (the first test
-        that failed, or how it ended), whole (whether it took the whole suite), seconds.
+        One row for each fault: name, file, what, origin, caught, by (the first test that failed,
+        or how the run ended), whole (whether the whole suite ran), seconds.
 
     Raises:
-        ValueError: an unknown name. RuntimeError: tests fail without any fault.
+        ValueError: A name is unknown.
+        RuntimeError: Tests fail without any fault, or pytest cannot run.
     """
     unknown = set(names or ()) - {fault.name for fault in faults}
     if unknown:
         raise ValueError(f"mutants: no faults named {sorted(unknown)}")
     chosen = [fault for fault in faults if names is None or fault.name in names]
-    rows = []
+    rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
         bench = _Bench(Path(folder), root)
         bench.check_without_fault(sorted({test for fault in chosen for test in fault.tests}))
@@ -65,22 +76,31 @@ def run_mutants(names=None, json_path=None, *, root=ROOT, faults=FAULTS, whole=T
 
 
 class _Bench:
-    """Where copies are made and tested.
+    """Makes copies of the repository and runs tests in them.
+
+    Args:
+        folder: A folder for the copies.
+        root: Root of the repository.
 
     Attributes:
-        tree: the copy under test, always at the same place: numba's cache depends on it.
+        tree: The copy under test; it is always at the same place, on which numba's cache depends.
     """
 
-    def __init__(self, folder, root):
+    def __init__(self, folder: Path, root: Path) -> None:
+        """Take a snapshot of the repository."""
         self.tree, self._snapshot = folder / "tree", folder / "snapshot"
         self._cache, self._warm = folder / "cache", folder / "warm"
         self._data = os.environ.get("IZO_DATA", root.parent / "shared" / "data")
         shutil.copytree(root, self._snapshot, ignore=LEFT_OUT)
 
-    def check_without_fault(self, tests):
-        """Run tests on the snapshot; they pass, or this raises.
+    def check_without_fault(self, tests: Sequence[str]) -> None:
+        """Run tests on the snapshot, and keep the compiled code for faults outside that code.
 
-        What they compile is kept for faults outside the compiled files.
+        Args:
+            tests: Arguments of pytest.
+
+        Raises:
+            RuntimeError: A test fails.
         """
         self._fresh()
         begin = time.perf_counter()
@@ -92,19 +112,34 @@ class _Bench:
         if package.is_dir():
             shutil.move(next(package.iterdir()), self._warm)
 
-    def apply(self, fault):
-        """Make a fresh copy with one fault."""
+    def apply(self, fault: Fault) -> None:
+        """Make a fresh copy with one fault.
+
+        Raises:
+            RuntimeError: The text of the fault does not occur exactly once in its file.
+        """
         self._fresh()
         path = self.tree / fault.file
         text = path.read_text()
         if text.count(fault.old) != 1:
-            raise RuntimeError(f"mutants: {fault.name}: its text is not once in {fault.file}")
+            raise RuntimeError(
+                f"mutants: {fault.name}: expected its text once in {fault.file}, "
+                f"got it {text.count(fault.old)} times"
+            )
         path.write_text(text.replace(fault.old, fault.new))
         if self._warm.is_dir() and not COMPILED.match(fault.file):
             shutil.copytree(self._warm, self._cache_folder(), dirs_exist_ok=True)
 
-    def test(self, arguments, limit_s):
-        """Exit code of pytest, None after a timeout; first failure; end of the output."""
+    def test(self, arguments: Sequence[str], limit_s: float) -> tuple[int | None, str, str]:
+        """Run tests in the copy.
+
+        Args:
+            arguments: Arguments of pytest; the whole suite if there are none.
+            limit_s: Seconds after which the tests are stopped.
+
+        Returns:
+            Exit code of pytest, None after a timeout; the first failure; the end of the output.
+        """
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
         command += [f"--ignore={LIST_TEST}", *arguments]
         log = self.tree.with_name("log.txt")
@@ -128,12 +163,14 @@ class _Bench:
         lines = log.read_text(errors="replace").splitlines()
         return code, _first_failure(code, lines), "\n".join(lines[-40:])
 
-    def _fresh(self):
+    def _fresh(self) -> None:
+        """Copy the snapshot, and start with an empty cache."""
         for folder in (self.tree, self._cache):
             shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(self._snapshot, self.tree)
 
-    def _environment(self):
+    def _environment(self) -> dict[str, str]:
+        """Return the environment of the processes that run in the copy."""
         changes = {
             "IZO_DATA": str(self._data),
             "XDG_CACHE_HOME": str(self._cache),
@@ -142,8 +179,8 @@ class _Bench:
         }
         return os.environ | changes
 
-    def _cache_folder(self):
-        """Where the package in the copy keeps compiled code: named by its sources."""
+    def _cache_folder(self) -> Path:
+        """Return the folder of the copy's compiled code; its name depends on the sources."""
         code = "from izo_ref.base.compile import CACHE_FOLDER; print(CACHE_FOLDER)"
         done = subprocess.run(
             [sys.executable, "-c", code],
@@ -156,7 +193,8 @@ class _Bench:
         return Path(done.stdout.strip())
 
 
-def _row(bench, fault, whole):
+def _row(bench: _Bench, fault: Fault, whole: bool) -> dict[str, Any]:
+    """Run the tests with one fault and return its row."""
     begin = time.perf_counter()
     bench.apply(fault)
     code, by, output = bench.test(fault.tests, fault.limit_s)
@@ -177,8 +215,8 @@ def _row(bench, fault, whole):
     }
 
 
-def _first_failure(code, lines):
-    """The test that failed first, or how the run ended instead."""
+def _first_failure(code: int | None, lines: Sequence[str]) -> str:
+    """Return the test that failed first, or how the run ended instead."""
     if code is None:
         return "caught by timeout"
     if code < 0:
@@ -190,6 +228,7 @@ def _first_failure(code, lines):
     return "" if code == PASSED else f"exit code {code}"
 
 
-def _line(row):
+def _line(row: dict[str, Any]) -> str:
+    """Return the line that is printed for a row."""
     verdict = f"caught by {row['by'].removeprefix('caught by ')}" if row["caught"] else "SURVIVED"
     return f"{row['name']}: {verdict} ({row['seconds']:.0f} s)"

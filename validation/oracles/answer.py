@@ -1,7 +1,7 @@
 """The zone problem as oracles see it, scaled to numbers near 1, and the answers of oracles.
 
 The oracles `nnls.py`, `qp.py` and `slsqp.py` solve the scaled zone of `scaled_zone`. It is written
-from the mathematics of SPEC section 5 and shares no code with the solvers of `izo_ref`.
+from the mathematics of docs/method section 5 and shares no code with the solvers of `izo_ref`.
 """
 
 from typing import Any, NamedTuple, Protocol, TypeAlias
@@ -46,7 +46,7 @@ class Answer(NamedTuple):
 
 
 class ScaledZone(NamedTuple):
-    """A zone in numbers near 1: minimise 1/2 |z|^2 subject to C z >= s (SPEC section 5)."""
+    """A zone in numbers near 1: minimise 1/2 |z|^2 subject to C z >= s (docs/method section 5)."""
 
     matrix: Any  # (n_impacts, 3 n_unpinned) scipy.sparse.csr_array, C; its rows have unit length
     rhs: Floats  # (n_impacts,) f8, s; the largest entry is 1 in magnitude
@@ -112,7 +112,7 @@ def scaled_zone(problem: ZoneArrays) -> ScaledZone:
     Raises:
         ValueError: An impact has no vertex of finite mass, so its constraint has no unknown.
 
-    Source: SPEC section 5.
+    Source: docs/method section 5.
     """
     from scipy.sparse import coo_array
 

@@ -18,7 +18,7 @@ Independent of `izo_ref`: nothing of the package is used but the arrays of the p
 Limits: the gradient of a distance exists only where the closest points are unique and the distance
 is not zero. The problem is not convex, so a KKT point need not be the global optimum.
 
-Source: SPEC section 6.
+Source: docs/method section 6.
 """
 
 from collections.abc import Sequence

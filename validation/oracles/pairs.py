@@ -1,10 +1,15 @@
 """All pairs of a mesh that meet on a straight path, by brute force and exact arithmetic.
 
-Every vertex is compared with every face, and every edge with every other edge. A pair is left
-out only if a fixed direction certainly keeps its two sides apart during the whole step; the
-exact arithmetic of `path.py` decides every other pair. There is no tree, no tolerance and no
-iteration. A mesh of a thousand triangles takes a few seconds, and the time grows with the square
-of the number of triangles.
+Question: which vertex-face and edge-edge pairs without a common vertex meet on the path, and when?
+
+Method: every vertex is compared with every face, and every edge with every other edge. A pair is
+left out only if a fixed direction certainly keeps its two sides apart during the whole step; the
+exact arithmetic of `path.py` decides every other pair.
+
+Independent of `izo_ref`: there is no tree, no tolerance and no iteration.
+
+Limits: a mesh of a thousand triangles takes a few seconds, and the time grows with the square of
+the number of triangles.
 
 Why a direction is enough. For a fixed direction d, the gap d . (b - a) between two nodes is linear
 in the time. If it is positive at t = 0 and at t = 1 for every node a of one side and every node
@@ -23,8 +28,10 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from validation.oracles import path
+from validation.oracles.answer import Flags, Floats, Indices, Ints
 
 CHUNK = 256  # rows of the table of pairs that are compared at once
 CERTAIN = 32.0 * 2.0**-53  # gaps above this, times the largest coordinate, are positive
@@ -33,19 +40,23 @@ CERTAIN = 32.0 * 2.0**-53  # gaps above this, times the largest coordinate, are 
 class MeetingPairs(NamedTuple):
     """The pairs that meet, sorted by their nodes."""
 
-    vertex_face: np.ndarray  # (k, 4) i4, the vertex, then the corners of the face in its order
-    vertex_face_time: np.ndarray  # (k,) f8, first meeting, rounded to a double
-    edge_edge: np.ndarray  # (l, 4) i4, each edge with its lower node first, the lower edge first
-    edge_edge_time: np.ndarray  # (l,) f8
+    vertex_face: Ints  # (k, 4) i4, the vertex, then the corners of the face in its order
+    vertex_face_time: Floats  # (k,) f8, first meeting, rounded to a double
+    edge_edge: Ints  # (l, 4) i4, each edge with its lower node first, the lower edge first
+    edge_edge_time: Floats  # (l,) f8
     decided: int  # pairs that went to exact arithmetic
 
 
-def meeting_pairs(start, end, faces) -> MeetingPairs:
+def meeting_pairs(start: ArrayLike, end: ArrayLike, faces: ArrayLike) -> MeetingPairs:
     """Find all pairs without a common vertex that meet at some time in [0, 1].
 
     Args:
-        start, end: (n, 3) f8 [m], positions at t = 0 and t = 1. Vertices in no face take part.
+        start: (n, 3) f8 [m], positions at t = 0. Vertices in no face take part.
+        end: (n, 3) f8 [m], positions at t = 1.
         faces: (m, 3) i4.
+
+    Returns:
+        The pairs and the times at which they first meet.
     """
     start, end = np.asarray(start, np.float64), np.asarray(end, np.float64)
     faces = np.asarray(faces, np.int32)
@@ -64,18 +75,23 @@ def meeting_pairs(start, end, faces) -> MeetingPairs:
     )
 
 
-def mesh_edges(faces):
+def mesh_edges(faces: Ints) -> Ints:
     """Return (k, 2) i4, each edge once, its lower node first, sorted."""
     pairs = np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]))
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def _not_separated(start, end, first, second):
-    """(k, 2) indices of the pairs that no plane of a fixed direction certainly separates.
+def _not_separated(start: Floats, end: Floats, first: Ints, second: Ints) -> Indices:
+    """Find the pairs that no plane of a fixed direction certainly separates.
 
     Args:
-        first: (f, i) nodes of each first side.
-        second: (s, j) nodes of each second side.
+        start: (n, 3) f8 [m].
+        end: (n, 3) f8 [m].
+        first: (f, i) i4, nodes of each first side.
+        second: (s, j) i4, nodes of each second side.
+
+    Returns:
+        (k, 2) int, the first and the second side of each pair.
     """
     size = max(np.abs(start).max(initial=0.0), np.abs(end).max(initial=0.0))
     # one direction of each opposite pair; the other sign is compared below
@@ -96,13 +112,13 @@ def _not_separated(start, end, first, second):
     return np.concatenate(found)
 
 
-def _distinct(nodes, split):
+def _distinct(nodes: Ints, split: int) -> Flags:
     """Mark the pairs whose two sides have no common node."""
     return ~(nodes[:, :split, None] == nodes[:, None, split:]).any(axis=(1, 2))
 
 
-def _decide(start, end, nodes, is_edge_edge):
-    """Nodes and first times of the pairs that meet, by exact arithmetic."""
+def _decide(start: Floats, end: Floats, nodes: Ints, is_edge_edge: bool) -> tuple[Ints, Floats]:
+    """Return nodes and first times of the pairs that meet, by exact arithmetic."""
     kept, times = [], []
     for row in nodes:
         bracket = path.first_meeting(is_edge_edge, start[row], end[row])

@@ -15,10 +15,10 @@ the method ends, since its objective rises with each set, and ties need no toler
 Independent of `izo_ref`: every number is a rational of FLINT, the problem is stated from the
 mathematics, and the answer does not depend on the set from which the method begins.
 
-Limits: rationals grow with the number of active constraints. `judge.py` asks for zones of up to 64
-impacts, which take 0.3 s at most.
+Limits: rationals grow with the number of active constraints. `judge_zones.py` asks for zones of up
+to 64 impacts, which take 0.3 s at most.
 
-Source: SPEC section 5; D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983).
+Source: docs/method section 5; D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983).
 """
 
 import math

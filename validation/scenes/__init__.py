@@ -1,0 +1,1 @@
+"""Scenes and zone problems that the studies and tests make, without files."""

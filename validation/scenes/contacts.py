@@ -1,19 +1,23 @@
-"""Small scenes of a few triangles in contact, whose zones are small enough for SLSQP."""
+"""Small scenes of a few triangles in contact; their zones are small enough for SLSQP."""
 
 import numpy as np
 
+from izo_ref.base.arrays import Positions
 from izo_ref.scene import Scene
 
 KINDS = ("vertex on face", "edge on edge", "tetrahedron on face", "tetrahedra")
-LOW = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.3], [0.5, 4.0, -0.2]]  # a face, slanted
+LOW = [[0.0, 0.0, 0.0], [4.0, 0.0, 0.3], [0.5, 4.0, -0.2]]  # a slanted face
 
 
-def contact_scene(rng, kind) -> Scene:
-    """One body falls onto another and through it, turning a little. All vertices are free.
+def contact_scene(rng: np.random.Generator, kind: str) -> Scene:
+    """Make a scene in which one body falls onto another and through it, and turns a little.
 
     Args:
-        rng: `numpy.random.Generator`, for shapes, masses and motion.
-        kind: one of KINDS.
+        rng: Draws shapes, masses and motion.
+        kind: One of KINDS.
+
+    Returns:
+        A scene without pinned vertices.
     """
     if kind == "vertex on face":
         low, high = np.array(LOW), _tip(rng)
@@ -37,13 +41,13 @@ def contact_scene(rng, kind) -> Scene:
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 
 
-def _tip(rng):
-    """A triangle on one corner."""
+def _tip(rng: np.random.Generator) -> Positions:
+    """Make the corners of a triangle that stands on one corner."""
     return np.array([[1.2, 1.1, 0.5], [0.2, 1.3, 4.0], [2.0, 0.9, 4.2]]) + 0.1 * rng.normal(
         size=(3, 3)
     )
 
 
-def _tetrahedron(rng):
+def _tetrahedron(rng: np.random.Generator) -> Positions:
     corners = np.array([[1.0, 0, -0.5], [-0.5, 0.87, -0.5], [-0.5, -0.87, -0.5], [0, 0, 1.0]])
     return 0.6 * (corners + 0.1 * rng.normal(size=(4, 3)))

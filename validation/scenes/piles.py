@@ -1,24 +1,30 @@
-"""Zone problems with the structure of contacts: chains, stacks of sheets, pinches.
+"""Zone problems with the structure of real contacts: chains, stacks of sheets, pinches.
 
-Each is drawn where all of its impacts hold, so it is feasible. Its proposed positions violate
-them.
+Each problem is drawn at positions where all of its constraints hold, so it is feasible. Its
+proposed positions violate a constraint.
 """
+
+from collections.abc import Iterable
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyInts, Floats, Normals, Positions, Weights
 from izo_ref.zones.problem import ZoneProblem
 from validation.scenes.zones import THICKNESS_M, masses
 
-APART_M = 3.0 * THICKNESS_M  # of neighbouring layers where all impacts hold
+APART_M = 3.0 * THICKNESS_M  # distance of neighbouring layers where all constraints hold
 
 
-def chain_zone(rng, n_impacts, mass_ratio=1e3) -> ZoneProblem:
-    """A ladder of edges, each on the next: an impact shares vertices with its neighbours only.
+def chain_zone(rng: np.random.Generator, n_impacts: int, mass_ratio: float = 1e3) -> ZoneProblem:
+    """Draw a ladder of edges, in which an impact shares vertices only with its two neighbours.
 
     Args:
-        rng: `numpy.random.Generator`.
-        n_impacts: at least 1.
-        mass_ratio: of the heaviest vertex to the lightest.
+        rng: Draws everything.
+        n_impacts: Number of impacts, at least 1.
+        mass_ratio: Mass of the heaviest vertex over that of the lightest.
+
+    Returns:
+        The problem, without pinned vertices.
     """
     n = n_impacts + 1
     below = 2 * np.arange(n_impacts)[:, None]
@@ -27,7 +33,7 @@ def chain_zone(rng, n_impacts, mass_ratio=1e3) -> ZoneProblem:
     weights = np.column_stack((1.0 - s, s, r - 1.0, -r))
     free = np.zeros((n, 2, 3))
     free[:, :, 2] = 2.0 * APART_M * np.arange(n)[:, None]
-    # crossed, and meeting where the weights say; flat enough to stay above one another
+    # neighbouring edges cross where the weights say, and are flat enough to stay in order
     across = np.where(np.arange(n) % 2 == 0, 0.05, -0.05)
     free[:, 0, 0], free[:, 1, 0] = -0.1, 0.1
     free[:, 0, 1], free[:, 1, 1] = -across, across
@@ -36,16 +42,21 @@ def chain_zone(rng, n_impacts, mass_ratio=1e3) -> ZoneProblem:
     return _crushed(rng, nodes, weights, normals, free.reshape(-1, 3), mass_ratio, ())
 
 
-def stack_zone(rng, n_layers, n_side, mass_ratio=1e3) -> ZoneProblem:
-    """Small sheets of cloth on one another, the lowest pinned, all pressed through the floor.
+def stack_zone(
+    rng: np.random.Generator, n_layers: int, n_side: int, mass_ratio: float = 1e3
+) -> ZoneProblem:
+    """Draw small sheets of cloth that lie on one another and are pressed onto a pinned one.
 
-    Each inner vertex of a sheet meets a face of the sheet below, and one of the sheet above.
+    Each inner vertex of a sheet meets a face of the sheet below and a face of the sheet above.
 
     Args:
-        rng: `numpy.random.Generator`.
-        n_layers: sheets, with the pinned one; at least 2.
-        n_side: vertices along a side of a sheet, at least 3.
-        mass_ratio: of the heaviest vertex to the lightest.
+        rng: Draws everything.
+        n_layers: Number of sheets with the lowest one, which is pinned; at least 2.
+        n_side: Vertices along a side of a sheet, at least 3.
+        mass_ratio: Mass of the heaviest vertex over that of the lightest.
+
+    Returns:
+        The problem.
     """
     size = n_side * n_side
     x, y = np.meshgrid(np.arange(n_side), np.arange(n_side), indexing="ij")
@@ -65,13 +76,18 @@ def stack_zone(rng, n_layers, n_side, mass_ratio=1e3) -> ZoneProblem:
     return _crushed(rng, nodes, weights, normals, free.reshape(-1, 3), mass_ratio, range(size))
 
 
-def pinch_zone(rng, n_impacts, mass_ratio=1e3) -> ZoneProblem:
-    """Faces above one another, a vertex between each two: opposed rows on every vertex.
+def pinch_zone(rng: np.random.Generator, n_impacts: int, mass_ratio: float = 1e3) -> ZoneProblem:
+    """Draw faces above one another with a vertex between each two of them.
+
+    Each such vertex has two opposed constraints, one from the face below and one from that above.
 
     Args:
-        rng: `numpy.random.Generator`.
-        n_impacts: even; half as many vertices, each between two faces.
-        mass_ratio: of the heaviest vertex to the lightest.
+        rng: Draws everything.
+        n_impacts: Number of impacts, even; half as many vertices are between two faces.
+        mass_ratio: Mass of the heaviest vertex over that of the lightest.
+
+    Returns:
+        The problem, without pinned vertices.
     """
     n = n_impacts // 2
     corners = np.array([[-0.05, -0.03, 0.0], [0.05, -0.03, 0.0], [0.0, 0.06, 0.0]])
@@ -91,8 +107,21 @@ def pinch_zone(rng, n_impacts, mass_ratio=1e3) -> ZoneProblem:
     return _crushed(rng, nodes, weights, normals, free, mass_ratio, ())
 
 
-def _on_sheet(free, vertex_layer, face_layer, inner, n_side):
-    """Vertices of one sheet against the triangles of another, over which they are."""
+def _on_sheet(
+    free: Floats, vertex_layer: int, face_layer: int, inner: AnyInts, n_side: int
+) -> tuple[AnyInts, Weights, Floats]:
+    """Pair the vertices of one sheet with the triangles of another that they are above or below.
+
+    Args:
+        free: (n_layers, n_side^2, 3) f8 [m], positions of all sheets.
+        vertex_layer: Sheet of the vertices.
+        face_layer: Sheet of the triangles.
+        inner: (k,) int, the vertices, numbered within their sheet.
+        n_side: Vertices along a side of a sheet.
+
+    Returns:
+        (k, 4) int, nodes; (k, 4) f8, weights; (k,) f8, 1 where the vertex is above, else -1.
+    """
     points = free[vertex_layer, inner, :2]
     corner = np.clip((points / 0.01).astype(int), 0, n_side - 2)
     first = n_side * corner[:, 0] + corner[:, 1]
@@ -103,7 +132,7 @@ def _on_sheet(free, vertex_layer, face_layer, inner, n_side):
     a, b, c = free[face_layer][face][:, :, :2].transpose(1, 0, 2)
     edges = np.stack((b - a, c - a), axis=2)
     inside = np.linalg.solve(edges, (points - a)[:, :, None])[:, :, 0]
-    # sheets are jittered, so a point can be a little outside: taken to the face's rim
+    # sheets are jittered, so a point can be a little outside; then it is taken to the face's rim
     inside = np.clip(inside, 0.02, 0.9)
     inside /= np.maximum(inside.sum(axis=1, keepdims=True) / 0.98, 1.0)
     weights = np.column_stack((np.ones(len(inner)), inside.sum(axis=1) - 1.0, -inside))
@@ -113,26 +142,44 @@ def _on_sheet(free, vertex_layer, face_layer, inner, n_side):
     return nodes, weights, np.full(len(inner), sign)
 
 
-def _upward(rng, n):
-    """(n, 3) f8, unit, about a degree from z."""
+def _upward(rng: np.random.Generator, n: int) -> Normals:
+    """Draw (n, 3) f8 unit vectors about a degree from the z axis."""
     normals = np.column_stack((0.01 * rng.normal(size=(n, 2)), np.ones(n)))
     return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
-def _crushed(rng, nodes, weights, normals, free, mass_ratio, pinned):
-    """The problem that proposes `free` pressed together, with noise; pinned vertices stay."""
+def _crushed(
+    rng: np.random.Generator,
+    nodes: AnyInts,
+    weights: Weights,
+    normals: Normals,
+    free: Positions,
+    mass_ratio: float,
+    pinned: Iterable[int],
+) -> ZoneProblem:
+    """Make a problem whose proposed positions are pressed together along z, with noise.
+
+    Args:
+        rng: Draws the proposed positions and the masses.
+        nodes: (k, 4) int.
+        weights: (k, 4) f8.
+        normals: (k, 3) f8.
+        free: (n, 3) f8 [m], positions at which the constraints hold.
+        mass_ratio: Mass of the heaviest vertex over that of the lightest.
+        pinned: Pinned vertices; they stay where they are.
+    """
     pinned = np.asarray(pinned, int)
     gaps = np.einsum("jx,jk,jkx->j", normals, weights, free[nodes])
-    # rows that tilt so far that they do not hold are left out
+    # constraints whose normals tilt so far that they do not hold are left out
     kept = gaps >= 1.01 * THICKNESS_M
     nodes, weights, normals = nodes[kept], weights[kept], normals[kept]
-    violated = False
-    while not violated:
+    while True:
         proposed = free * (1.0, 1.0, rng.uniform(0.2, 0.5))
         proposed += 0.5 * APART_M * rng.normal(size=free.shape)
         proposed[pinned] = free[pinned]
         reached = np.einsum("jx,jk,jkx->j", normals, weights, proposed[nodes])
-        violated = (reached < THICKNESS_M).any()
+        if (reached < THICKNESS_M).any():
+            break
     weight = masses(rng, len(free), mass_ratio)
     weight[pinned] = np.inf
     return ZoneProblem(nodes, weights, normals, proposed, weight, THICKNESS_M)

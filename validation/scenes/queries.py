@@ -7,9 +7,17 @@ reversal of time. None of them changes whether the pair meets, and no float is r
 answers are right without an oracle, and oracles can be tested with them.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+
+from izo_ref.base.arrays import Flags, Floats
+
+Point: TypeAlias = tuple[float, float, float]
+Points: TypeAlias = Sequence[Point]
+Pair: TypeAlias = tuple[bool, Points, Points]  # is edge-edge; the four nodes at the start, the end
+Case: TypeAlias = tuple[bool, Points, Points, bool]  # a pair, and whether it meets
 
 FACE = [(0, 0, 0), (8, 0, 0), (0, 8, 0)]
 LINE = [(0, 0, 0), (4, 0, 0), (8, 0, 0)]  # a face without area
@@ -24,18 +32,21 @@ LARGEST_SHIFT = 2**10
 class Queries(NamedTuple):
     """Pairs on their path, in the format of the file of published queries."""
 
-    vertices: np.ndarray  # (q, 8, 3) f8, the four nodes at t = 0, then at t = 1
-    is_edge_edge: np.ndarray  # (q,) b1
-    truth: np.ndarray  # (q,) b1, whether the pair meets
-    names: list[str]  # of the case, one for each query
+    vertices: Floats  # (q, 8, 3) f8, the four nodes at t = 0, then at t = 1
+    is_edge_edge: Flags  # (q,) b1
+    truth: Flags  # (q,) b1, whether the pair meets
+    names: list[str]  # name of the case of each query
 
 
-def degenerate_queries(rng, n_each) -> Queries:
-    """Draw `n_each` queries of each case.
+def degenerate_queries(rng: np.random.Generator, n_each: int) -> Queries:
+    """Draw queries of each case.
 
     Args:
-        rng: `numpy.random.Generator`.
-        n_each: number of queries of each case.
+        rng: Draws the margins and the transformations.
+        n_each: Number of queries of each case.
+
+    Returns:
+        The queries with their true answers.
     """
     vertices, kinds, truth, names = [], [], [], []
     for _ in range(n_each):
@@ -49,16 +60,16 @@ def degenerate_queries(rng, n_each) -> Queries:
     return Queries(np.array(vertices), np.array(kinds), np.array(truth), names)
 
 
-def _cases(e):
-    """{name: (is edge-edge, start, end, meets)}; `e` is a small margin."""
+def _cases(e: float) -> dict[str, Case]:
+    """Return `{name: case}`; `e` is a small margin."""
     return _vertex_face_cases(e) | _edge_edge_cases(e)
 
 
-def _vertex_face_cases(e):
-    def moves(first, last, face=FACE):
+def _vertex_face_cases(e: float) -> dict[str, Case]:
+    def moves(first: Point, last: Point, face: Points = FACE) -> Pair:
         return False, [first, *face], [last, *face]
 
-    def falls(x, y, face=FACE):
+    def falls(x: float, y: float, face: Points = FACE) -> Pair:
         return moves((x, y, 4), (x, y, -4), face)
 
     point = [(0, 0, 0)] * 3
@@ -85,20 +96,20 @@ def _vertex_face_cases(e):
     }
 
 
-def _turns_vertex(z):
-    """Two corners change sides of a vertex; the volume has a double root at t = 1/2."""
+def _turns_vertex(z: float) -> Pair:
+    """Let two corners change sides of a vertex; the volume has a double root at t = 1/2."""
     start, end = TURNING
     return False, [(0, 0, 0), *start, (0, 0, z)], [(0, 0, 0), *end, (0, 0, z)]
 
 
-def _edge_edge_cases(e):
-    def moves(first, last):
+def _edge_edge_cases(e: float) -> dict[str, Case]:
+    def moves(first: Points, last: Points) -> Pair:
         return True, [*EDGE, *first], [*EDGE, *last]
 
-    def falls(*ends):
+    def falls(*ends: tuple[float, float]) -> Pair:
         return moves([(x, y, 4) for x, y in ends], [(x, y, -4) for x, y in ends])
 
-    def slides(low, high, by):
+    def slides(low: float, high: float, by: float) -> Pair:
         return moves([(low, 0, 0), (high, 0, 0)], [(low + by, 0, 0), (high + by, 0, 0)])
 
     level = [(0, -4, 4), (0, 4, 4)]
@@ -124,14 +135,16 @@ def _edge_edge_cases(e):
     }
 
 
-def _turns_edge(z):
-    """An edge turns over as it passes the line of the other one: a double root at t = 1/2."""
+def _turns_edge(z: float) -> Pair:
+    """Turn an edge over as it passes the line of the other one: a double root at t = 1/2."""
     start, end = TURNING
     other = [(0, 0, z), (0, 0, z + 3)]
     return True, [*other, *start], [*other, *end]
 
 
-def _transformed(rng, both, is_edge_edge, margin):
+def _transformed(
+    rng: np.random.Generator, both: Floats, is_edge_edge: bool, margin: float
+) -> Floats:
     """Transform (2, 4, 3) positions without rounding and without changing the answer."""
     if is_edge_edge:
         ends = [rng.permutation(2), 2 + rng.permutation(2)]

@@ -2,33 +2,38 @@
 
 import numpy as np
 
+from izo_ref.base.arrays import Faces, Floats, Indices
 from izo_ref.scene import Scene
 
 CELL_M = 0.01
-APART_M = 0.005
+APART_M = 0.005  # of the two sheets at the start
 MEETING = 0.01  # share of all vertices that are pushed through the other sheet
-BUMP_CELLS = 1.8  # radius of the places where they are
-BUMP_VERTICES = 10  # about as many are within it
+BUMP_CELLS = 1.8  # radius of the bumps in which these vertices lie, in cells
+BUMP_VERTICES = 10  # vertices in one bump, about
 KG_PER_M2 = 0.2
 
 
-def meeting_sheets(rng, n_triangles) -> Scene:
-    """Two square grids above one another, slightly uneven, all vertices free.
+def meeting_sheets(rng: np.random.Generator, n_triangles: int) -> Scene:
+    """Make two square grids above one another, slightly uneven, without pinned vertices.
 
-    In bumps of the upper one, drawn anywhere, vertices are to end up to 4 mm below the lower
-    one; they are a hundredth of all, whatever the number of triangles, and so is the size of
-    the cells.
+    The upper grid has bumps at random places. The vertices in a bump are proposed to end up to 4 mm
+    below the lower grid. They are a hundredth of all vertices, whatever the number of triangles.
+    The size of the cells does not depend on that number either.
 
     Args:
-        rng: `numpy.random.Generator`.
-        n_triangles: of both; the nearest number that two grids can have.
+        rng: Draws the grids and the bumps.
+        n_triangles: Triangles of both grids together; the scene has the nearest number that two
+            grids can have.
+
+    Returns:
+        The scene.
     """
     n = max(2, round(np.sqrt(n_triangles / 4.0))) + 1
     start, faces = [], []
     for layer in range(2):
         i, j = np.divmod(np.arange(n * n), n)
         points = np.column_stack((i, j, np.full(n * n, 0.0))) * CELL_M
-        # uneven, and one layer shifted, so that no vertex is above a vertex or an edge
+        # the grids are uneven and one is shifted, so that no vertex is above a vertex or an edge
         points += rng.uniform(-0.15, 0.15, points.shape) * (CELL_M, CELL_M, APART_M)
         points += layer * np.array([0.37 * CELL_M, 0.21 * CELL_M, APART_M])
         start.append(points)
@@ -41,8 +46,16 @@ def meeting_sheets(rng, n_triangles) -> Scene:
     return Scene(start, end, np.concatenate(faces), np.full(len(start), KG_PER_M2 * CELL_M**2))
 
 
-def _bumps(centres, n):
-    """Vertices of a grid within the bumps, and how deep in there they are, 0 to 1."""
+def _bumps(centres: Floats, n: int) -> tuple[Indices, Floats]:
+    """Find the vertices of a grid within the bumps, and how deep in a bump they are.
+
+    Args:
+        centres: (k, 2) f8, of the bumps, in cells.
+        n: Vertices along a side of the grid.
+
+    Returns:
+        (j,) i8, and (j,) f8 from 0 at the rim to 1 at the centre.
+    """
     reach = int(np.ceil(BUMP_CELLS))
     steps = np.arange(-reach, reach + 1)
     around = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -54,8 +67,15 @@ def _bumps(centres, n):
     return vertex, depth[inside][order]
 
 
-def grid_faces(n):
-    """(2 (n - 1)^2, 3) i4, the cells of n x n vertices, each split along the same diagonal."""
+def grid_faces(n: int) -> Faces:
+    """Return the faces of a grid of n x n vertices; each cell is split along the same diagonal.
+
+    Args:
+        n: Vertices along a side.
+
+    Returns:
+        (2 (n - 1)^2, 3) i4.
+    """
     i, j = np.divmod(np.arange((n - 1) ** 2, dtype=np.int32), n - 1)
     a = i * n + j
     b, c, d = a + n, a + n + 1, a + 1

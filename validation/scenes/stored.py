@@ -19,12 +19,12 @@ def index() -> dict[str, Any]:
     return json.loads((FOLDER / "index.json").read_text())
 
 
-def names(kind=None, status=None) -> list[str]:
+def names(kind: str | None = None, status: str | None = None) -> list[str]:
     """Name the scenes.
 
     Args:
         kind: `step` or `sequence`; both if None.
-        status: name of the `Status` in which the last step of the scene ends; any if None.
+        status: Name of the `Status` in which the last step of the scene ends; any if None.
     """
     return [
         name
@@ -34,18 +34,18 @@ def names(kind=None, status=None) -> list[str]:
     ]
 
 
-def load(name) -> dict[str, np.ndarray]:
+def load(name: str) -> dict[str, Any]:
     """Read all arrays of a scene, with the pairs that meet."""
     with np.load(FOLDER / f"{name}.npz") as archive:
         return {key: archive[key] for key in archive.files}
 
 
-def load_step(name) -> Scene:
+def load_step(name: str) -> Scene:
     """Read a scene of the kind `step`."""
     arrays = load(name)
     return Scene(**{key: arrays[key] for key in STEP_ARRAYS})
 
 
-def thickness(name) -> float:
-    """[m], with which the answer of a scene is recorded."""
+def thickness(name: str) -> float:
+    """Return the thickness with which the answer of a scene is recorded [m]."""
     return index()[name]["thickness_m"]

@@ -1,8 +1,13 @@
-"""What the study of zones runs: every cell, so that none can be missing without notice."""
+"""The cells of the study of zones (`inner.py`): every combination that it measures.
 
+The list is complete before anything is measured, so no cell can be missing without notice.
+"""
+
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from validation.study.contestants import LIBRARIES
+from validation.study.families import Family
 from validation.study.own import (
     DIRECTIONS,
     DUAL,
@@ -13,43 +18,44 @@ from validation.study.own import (
 )
 from validation.study.timing import thread_counts
 
-BATCH = 256  # zones in one call, as a step has them
-BATCH_IMPACTS = 64  # of a zone, up to which calls with many zones are timed
-LARGE_IMPACTS = 1024  # of a zone, from which one zone alone is timed on two threads
-ACTIVE_SET_IMPACTS = 1024  # it is dense: 8 n^2 bytes, and n^3 operations
+BATCH = 256  # zones in one call, as a step may have them
+BATCH_IMPACTS = 64  # largest number of impacts of a zone for which calls with many zones are timed
+LARGE_IMPACTS = 1024  # least number of impacts of a zone that is timed alone on two threads
+ACTIVE_SET_IMPACTS = 1024  # limit of the active set, which is dense: 8 n^2 bytes, n^3 operations
 TOLERANCES = (1e-3, 1e-6, 1e-9)
 QUICK_TOLERANCE = 1e-6
 QUICK_LIBRARY = (1e-6, 1e-10)
-HUGE_IMPACTS = 2048  # of a zone, from which few tolerances are asked for: seconds a call
+HUGE_IMPACTS = 2048  # from this number of impacts on, a call takes seconds: few tolerances then
 
 
 class Cell(NamedTuple):
-    """One row of the study: the key columns."""
+    """The key columns of one row of the study."""
 
     family: str
-    solver: str  # a method of ours, "preset ...", or a library
+    solver: str  # one of our methods, "preset ...", or the name of a library
     line_search: str = "-"
     update: str = "-"
     penalty: str = "-"
     precision: str = "float64"
     tolerance: float = 1e-9
-    mode: str = "alone"  # one zone a call, or "batch": BATCH zones in one
+    mode: str = "alone"  # one zone in a call, or "batch": BATCH zones in a call
     threads: int = 1
 
     @property
-    def kind(self):
+    def kind(self) -> str:
+        """The kind of the solver: "library", "dual" or "lagrangian"."""
         if self.solver in LIBRARY:
             return "library"
         return "dual" if self.solver in DUAL else "lagrangian"
 
     @property
-    def variant(self):
-        """What is the same at every size, tolerance and number of threads."""
+    def variant(self) -> tuple[str, ...]:
+        """The columns that do not depend on size, tolerance and number of threads."""
         return self[1:6]
 
     @property
     def setting(self) -> Setting:
-        """Of one of our solvers."""
+        """The setting of one of our solvers."""
         if self.solver.startswith("preset "):
             return Setting(preset=self.solver.removeprefix("preset "))
         if self.kind == "dual":
@@ -62,8 +68,16 @@ class Cell(NamedTuple):
 LIBRARY = {contestant.name: contestant for contestant in LIBRARIES}
 
 
-def plan(families, quick) -> list[Cell]:
-    """Every cell, family by family, looser tolerances first."""
+def plan(families: Iterable[Family], quick: bool) -> list[Cell]:
+    """Return every cell of some families.
+
+    Args:
+        families: The families.
+        quick: Fewer tolerances, variants and numbers of threads.
+
+    Returns:
+        The cells, family by family, looser tolerances first.
+    """
     cells = []
     for family in families:
         cells += _dual(family, quick)
@@ -73,8 +87,8 @@ def plan(families, quick) -> list[Cell]:
     return cells
 
 
-def lagrangian_cells(family: str, quick) -> list[Cell]:
-    """Directions times line searches, of one family."""
+def lagrangian_cells(family: str, quick: bool) -> list[Cell]:
+    """Return the cells of one family with every direction and every line search."""
     return [
         Cell(family, direction, search, "every-step", "fixed", tolerance=tolerance)
         for direction in DIRECTIONS
@@ -83,7 +97,8 @@ def lagrangian_cells(family: str, quick) -> list[Cell]:
     ]
 
 
-def _dual(family, quick):
+def _dual(family: Family, quick: bool) -> list[Cell]:
+    """Return the cells of the dual methods."""
     cells = []
     for method in DUAL:
         if method == "active-set" and family.size > ACTIVE_SET_IMPACTS:
@@ -104,9 +119,9 @@ def _dual(family, quick):
     return cells
 
 
-def _modes(family, method, quick):
-    """(mode, threads) in which a dual method is timed."""
-    # the interior point takes zones one by one, however many a call has
+def _modes(family: Family, method: str, quick: bool) -> list[tuple[str, int]]:
+    """Return each (mode, threads) in which a dual method is timed."""
+    # the interior point solves zones one by one, however many a call has
     many = method != "interior-point"
     small, large = many and family.size <= BATCH_IMPACTS, many and family.size >= LARGE_IMPACTS
     modes = []
@@ -118,14 +133,18 @@ def _modes(family, method, quick):
     return modes
 
 
-def _variants(family, quick):
-    """Other updates and penalties, presets, and float32, each with one line search."""
+def _variants(family: Family, quick: bool) -> list[Cell]:
+    """Return cells with other updates and penalties, presets, and float32.
+
+    Each of them has only one line search.
+    """
     name, cells = family.name, []
     if quick:
         cells.append(Cell(name, "newton", "exact", "inner-solve", "grown", tolerance=1e-6))
     else:
         for direction in DIRECTIONS:
-            # on 24,000 impacts no inner solve of the others ends in the steps allowed: mu stays
+            # on 24,000 impacts no inner solve of the other directions ends in the steps allowed,
+            # so mu would never grow
             grows = direction == "newton" or family.size < HUGE_IMPACTS
             for penalty in ("fixed", "grown") if grows else ("fixed",):
                 for tolerance in (1e-6, 1e-9) if direction == "newton" else (1e-6,):
@@ -141,7 +160,8 @@ def _variants(family, quick):
     return cells
 
 
-def _libraries(family, quick):
+def _libraries(family: Family, quick: bool) -> list[Cell]:
+    """Return the cells of the libraries of other authors."""
     few = quick or family.size >= HUGE_IMPACTS
     return [
         Cell(family.name, library.name, tolerance=tolerance)

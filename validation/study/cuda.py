@@ -1,21 +1,28 @@
-"""The device: what its kernels need, whether it finds the same, and how long it takes.
+"""Study of CUDA: what kernels need, whether a GPU finds the same as the CPU, and how long it takes.
 
-Needs numba, numba-cuda, numpy and scipy; ptxas, or a GPU, for what they are there for.
+It compiles every kernel by ptxas, which needs no GPU. With a GPU it compares detection, zones and
+whole steps with the CPU, counts launches, and runs `compute-sanitizer`. It needs numba, numba-cuda,
+numpy and scipy, and skips the parts for which ptxas or a GPU is missing.
+`python -m validation study cuda` starts it.
 """
 
 import shutil
 import subprocess
 import sys
-from contextlib import contextmanager
-from unittest.mock import patch
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
 from izo_ref import Options, find_impacts, resolve, solve_zone
+from izo_ref.base.arrays import GpuArray
 from izo_ref.base.devices import require_gpu
 from izo_ref.base.errors import DeviceUnavailableError
-from izo_ref.solvers.augmented_lagrangian import descend
+from izo_ref.base.records import Impacts, PairCounts
+from izo_ref.scene import Scene
+from izo_ref.solvers.augmented_lagrangian import Results, descend
 from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.variables import Inputs
 from izo_ref.zones.system import problem_system
 from validation import ptx
 from validation.rows import Rows
@@ -23,19 +30,21 @@ from validation.scenes.piles import stack_zone
 from validation.scenes.sheets import meeting_sheets
 from validation.scenes.zones import random_zone
 from validation.study import steps
+from validation.study.gpu_timing import copied_bytes_per_ms, counted_launches, event_ms, once_ms
+from validation.study.parts import Part, Say
 from validation.study.timing import measure
 
-REPEATS = 5  # of which the median is taken, after one that does not count
-CPU_BUDGET_S, GPU_BUDGET_S = 5.0, 5.0  # for the repeats of a step
-SHEETS = (100_000, 1_000_000)  # triangles of steps made here
+REPEATS = 5  # the median of these is taken, after a first call that does not count
+CPU_BUDGET_S, GPU_BUDGET_S = 5.0, 5.0  # for all calls of a step
+SHEETS = (100_000, 1_000_000)  # triangles of the sheets that are made here as steps
 ZONES = (64, 256, 1024, 4096)  # impacts
-STACK = (6, 30)  # layers, and vertices of a side: more impacts than a block takes
-COUNTED = (60, 200)  # triangles of steps whose launches are counted
-COPIED = 1 << 28  # bytes, to measure the bandwidth
+STACK = (6, 30)  # layers, and vertices of a side: a zone with more impacts than one block takes
+COUNTED = (60, 200)  # triangles of the steps whose launches are counted
+COPIED = 1 << 28  # bytes that are copied to measure the bandwidth
 SEED = 20261128
 SIMULATOR = "simulator"
 SANITIZER_S = 120.0
-# a step with every kernel of the loop, zones by threads and by blocks
+# a program that runs every kernel of the loop: some zones by one thread, others by one block
 SMALL = """
 import numpy as np, izo_ref
 from izo_ref.solvers import gpu_solve as solve
@@ -46,11 +55,11 @@ print(izo_ref.resolve(scene, device="cuda").status)
 """
 
 
-def _kernels(folder, say):
-    """What ptxas says of every kernel."""
+def _kernels(folder: Path, say: Say) -> None:
+    """Compile every kernel by ptxas, and record what it needs."""
     rows = Rows(folder, "kernels", ("kernel", "types", "capability"))
     if ptx.ptxas() is None:
-        say("kernels: no ptxas (nvidia-cuda-nvcc)")
+        say("kernels: ptxas is not installed (package nvidia-cuda-nvcc)")
         return
     for name, kernel in ptx.kernels():
         for types, signature in ptx.signatures(kernel).items():
@@ -61,15 +70,15 @@ def _kernels(folder, say):
         say(f"kernels: {name}")
 
 
-def _detection(folder, say):
-    """All impacts of a step: the same as the processor's, and the time of both."""
+def _detection(folder: Path, say: Say) -> None:
+    """Detect all impacts of a step on a GPU and on the CPU: differences, and times of both."""
     rows, gpu = Rows(folder, "detection", ("step",)), _gpu("detection", say)
     if gpu is None:
         return
     from izo_ref.base.gpu_arrays import to_cpu, to_gpu
     from izo_ref.detection.gpu_detector import Detector
 
-    per_ms = _copied_bytes_per_ms()
+    per_ms = copied_bytes_per_ms(COPIED, REPEATS)
     for name, load in _all_steps():
         if rows.has(step=name):
             continue
@@ -83,15 +92,15 @@ def _detection(folder, say):
             triangles=len(scene.faces),
             impacts=len(expected.toi),
             **_differences(found, expected),
-            gpu_ms=_event_ms(lambda d=detector, e=end: d.find(e)),
+            gpu_ms=event_ms(lambda d=detector, e=end: d.find(e), REPEATS),
             floor_ms=_least_bytes(scene, detector.counts) / per_ms,
             cpu_ms=1e3 * measure(lambda s=scene: find_impacts(s), REPEATS, CPU_BUDGET_S).seconds,
         )
         say(f"detection: {name}: {rows.all()[-1]['gpu_ms']:.2f} ms")
 
 
-def _steps(folder, say):
-    """Whole steps: status and objective of both, how far apart they end, and the time of both."""
+def _steps(folder: Path, say: Say) -> None:
+    """Resolve whole steps on a GPU and on the CPU: status, objective, distance and times."""
     rows, gpu = Rows(folder, "steps", ("step",)), _gpu("steps", say)
     if gpu is None:
         return
@@ -99,7 +108,7 @@ def _steps(folder, say):
         if rows.has(step=name):
             continue
         scene = load()
-        resolve(scene, device="cuda")  # it may compile, for longer than the budget
+        resolve(scene, device="cuda")  # this may compile, for longer than the budget
         own = measure(lambda s=scene: resolve(s, device="cuda"), REPEATS, GPU_BUDGET_S)
         other = measure(lambda s=scene: resolve(s), REPEATS, CPU_BUDGET_S)
         found, expected = own.result, other.result
@@ -125,8 +134,8 @@ def _steps(folder, say):
         say(f"steps: {name}: {rows.all()[-1]['gpu_ms']:.2f} ms")
 
 
-def _launches(folder, say):
-    """What steps ask of a device; the simulator may count it as well."""
+def _launches(folder: Path, say: Say) -> None:
+    """Count launches and arrays of whole steps, on a GPU or in the simulator."""
     rows, gpu = Rows(folder, "launches", ("triangles",)), _gpu("launches", say)
     if gpu is None:
         return
@@ -138,38 +147,14 @@ def _launches(folder, say):
         scene = meeting_sheets(_seeded(n), n)
         if rows.has(triangles=len(scene.faces)):
             continue
-        with _counted() as counts:
+        with counted_launches() as counts:
             iterations = len(resolve(scene, device="cuda").history)
         rows.add(triangles=len(scene.faces), gpu=gpu, iterations=iterations, **counts)
         say(f"launches: {len(scene.faces)} triangles: {rows.all()[-1]['launches']}")
 
 
-@contextmanager
-def _counted():
-    """Launches and arrays of the device that were made, a dict that is right at the end."""
-    from numba import cuda
-
-    from izo_ref.base.cuda.compile import Kernel
-
-    counts, in_blocks, make = {"launches": 0, "arrays": 0}, Kernel.in_blocks, cuda.device_array
-
-    def counting_blocks(kernel, n_blocks, *sizes):
-        counts["launches"] += n_blocks > 0
-        return in_blocks(kernel, n_blocks, *sizes)
-
-    def counting_arrays(*arguments, **named):
-        counts["arrays"] += 1
-        return make(*arguments, **named)
-
-    with (
-        patch.object(Kernel, "in_blocks", counting_blocks),
-        patch.object(cuda, "device_array", counting_arrays),
-    ):
-        yield counts
-
-
-def _zones(folder, say):
-    """One zone alone, by the device and by the processor."""
+def _zones(folder: Path, say: Say) -> None:
+    """Solve single zones on a GPU and on the CPU."""
     rows, gpu = Rows(folder, "zones", ("impacts",)), _gpu("zones", say)
     if gpu is None:
         return
@@ -184,9 +169,9 @@ def _zones(folder, say):
         system, _ = problem_system([problem])
         options = Options(**own)
         scaled = scale_constraints(system)
-        kernel_ms = []
+        kernel_ms: list[float] = []
 
-        def solve(inputs, results, times=kernel_ms):
+        def solve(inputs: Inputs, results: Results, times: list[float] = kernel_ms) -> None:
             times.append(_launch_ms(inputs, results))
 
         for _ in range(REPEATS + 1):
@@ -205,21 +190,21 @@ def _zones(folder, say):
         say(f"zones: {n} impacts: {rows.all()[-1]['kernel_ms']:.3f} ms")
 
 
-def _launch_ms(inputs, results):
-    """Of the kernel alone; arrays are on the device before and after."""
+def _launch_ms(inputs: Inputs, results: Results) -> float:
+    """Measure the time of the kernel alone, without copies to and from the GPU [ms]."""
     from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 
-    return lagrangian.run_on_gpu(inputs, results, _once_ms)
+    return lagrangian.run_on_gpu(inputs, results, once_ms)
 
 
-def _memory(folder, say):
-    """`compute-sanitizer` on a small step, where it is installed."""
+def _memory(folder: Path, say: Say) -> None:
+    """Run `compute-sanitizer` on a small step, where it is installed."""
     rows, gpu = Rows(folder, "memory", ("tool",)), _gpu("memory", say)
     program = shutil.which("compute-sanitizer")
     if gpu is None:
         return
     if program is None:
-        say("memory: no compute-sanitizer")
+        say("memory: compute-sanitizer is not installed")
         return
     for tool in ("memcheck", "racecheck"):
         if rows.has(tool=tool):
@@ -236,8 +221,8 @@ def _memory(folder, say):
         say(f"memory: {tool}: {said}")
 
 
-def _gpu(part, say):
-    """Its name; None, which is said, if there is none."""
+def _gpu(part: str, say: Say) -> str | None:
+    """Return the name of the GPU; if there is none, say so and return None."""
     try:
         require_gpu()
     except DeviceUnavailableError as error:
@@ -249,23 +234,23 @@ def _gpu(part, say):
     return name.decode() if isinstance(name, bytes) else name
 
 
-def _all_steps():
-    """Name of each step, and what loads it: files that are there, and sheets made here."""
+def _all_steps() -> Iterator[tuple[str, Callable[[], Scene]]]:
+    """Yield name and loader of each step: step files that exist, and sheets made here."""
     for name in steps.step_names():
         yield name, lambda name=name: steps.load_step(name)
     for size in SHEETS:
         yield f"meeting-sheets-{size}", lambda n=size: meeting_sheets(_seeded(n), n)
 
 
-def _seeded(size):
+def _seeded(size: int) -> np.random.Generator:
     return np.random.default_rng([SEED, size])
 
 
-def _least_bytes(scene, counts):
-    """What a detection cannot do without moving once, to the device's memory or from it.
+def _least_bytes(scene: Scene, counts: PairCounts) -> int:
+    """Count the bytes that a detection has to move to or from the memory of the GPU at least once.
 
-    Both ends of the path of each vertex, read; its box, written and read; of each element its
-    vertices, read, and its box, written and read; each pair, written and read.
+    For each vertex, both ends of its path are read, and its box is written and read. For each
+    element, its vertices are read, and its box is written and read. Each pair is written and read.
     """
     box = 2 * 9 * 4
     n_elements = len(scene.pinned) + len(scene.edges) + len(scene.faces)
@@ -274,17 +259,17 @@ def _least_bytes(scene, counts):
     return vertices + indices + n_elements * box + 2 * 8 * sum(counts.pairs.values())
 
 
-def _copied_bytes_per_ms():
-    """Bytes read and written, of a copy from the device to itself."""
-    from izo_ref.base.gpu_arrays import copy, full
+def _differences(found: Sequence[GpuArray], expected: Impacts) -> dict[str, float | int]:
+    """Compare the impacts of a GPU with those of the CPU.
 
-    values = full(COPIED // 8, 0.0, np.float64)
-    target = copy(values)
-    return 2 * COPIED / _event_ms(lambda: target.copy_to_device(values))
+    Args:
+        found: Columns of the impacts of the GPU, on the CPU.
+        expected: Impacts of the CPU.
 
-
-def _differences(found, expected):
-    """Pairs of one alone; of both, the farthest times and normals."""
+    Returns:
+        The number of pairs that only one of them found, and the largest differences of times and
+        normals of the pairs that both found.
+    """
     nodes, kinds, toi, _, normals = found
     own, other = (
         {(bool(k), *map(int, row)): i for i, (k, row) in enumerate(zip(ks, ns, strict=True))}
@@ -300,23 +285,7 @@ def _differences(found, expected):
     }
 
 
-def _event_ms(call):
-    call()
-    return float(np.median([_once_ms(call) for _ in range(REPEATS)]))
-
-
-def _once_ms(call):
-    from numba import cuda
-
-    begin, end = cuda.event(), cuda.event()
-    begin.record()
-    call()
-    end.record()
-    end.synchronize()
-    return begin.elapsed_time(end)
-
-
-PARTS = {
+PARTS: dict[str, Part] = {
     "kernels": _kernels,
     "detection": _detection,
     "zones": _zones,

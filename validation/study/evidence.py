@@ -1,27 +1,43 @@
-"""`check` on every step there is, and on results that are deliberately wrong."""
+"""Study of evidence: `check` on every step, and on results that are deliberately wrong.
+
+It resolves each step with default options and judges the result by `check`. Then it judges results
+that are wrong in a known way, which `check` has to notice. `python -m validation evidence` starts
+it.
+"""
 
 import time
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from izo_ref.app.files import SavedResult
+from izo_ref.base.arrays import Positions
 from izo_ref.base.errors import IzoError
 from izo_ref.certificate.certify import certify_path
-from izo_ref.loop.resolve import resolve
+from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
-from validation.check import check, verdict_summary
+from validation.check import SayFact, check, verdict_summary
 from validation.study import steps
 
 THICKNESS_M = 1e-4
-# Thickness and time of the peer's results in peers.json: ARCSim 0.2.1, one thread.
+# The results in peers.json that ours are compared with: ARCSim 0.2.1 on one thread, same thickness.
 PEER = "arcsim_0_2_1"
 WRONG_STEP = "sphere-10k"
-OWN_WRONG_STEP = "at-rest"  # where there are no step files
+OWN_WRONG_STEP = "at-rest"  # is used if there are no step files
 PUSHED_M = 1e-9
 
 
-def step_row(name, say=None) -> dict:
-    """`check` of our own result of a step; a row also if the step is refused."""
+def step_row(name: str, say: SayFact | None = None) -> dict[str, Any]:
+    """Resolve a step, and judge our own result.
+
+    Args:
+        name: Name of the step.
+        say: Is called with each fact as soon as it is found.
+
+    Returns:
+        A row; if the step is not valid input, it has only the reason.
+    """
     try:
         scene = steps.load_step(name)
     except IzoError as error:
@@ -57,8 +73,15 @@ def step_row(name, say=None) -> dict:
     return row
 
 
-def wrong_rows(say=None) -> list[dict]:
-    """Results with a fault that `check` has to find."""
+def wrong_rows(say: SayFact | None = None) -> list[dict[str, Any]]:
+    """Judge results with a fault that `check` has to find.
+
+    Args:
+        say: Is called with each fact as soon as it is found.
+
+    Returns:
+        One row for each result.
+    """
     rows = []
     for name, scene, positions in _wrong_results():
         result = SavedResult(positions, None, None, None)
@@ -67,25 +90,34 @@ def wrong_rows(say=None) -> list[dict]:
     return rows
 
 
-def _wrong_results():
+def _wrong_results() -> Iterator[tuple[str, Scene, Positions]]:
+    """Yield name, scene and end positions of each wrong result."""
     step = WRONG_STEP if steps.available() else OWN_WRONG_STEP
     scene = steps.load_step(step)
-    yield f"{step}: the proposal itself", scene, scene.positions_t1
+    yield f"{step}: the proposed positions themselves", scene, scene.positions_t1
     own = resolve(scene, THICKNESS_M)
     yield (
-        f"{step}: ours, one vertex pushed {PUSHED_M:g} m through a face",
+        f"{step}: our result with one vertex pushed {PUSHED_M:g} m through a face",
         scene,
         pushed_through(scene, own),
     )
-    yield "two layers fully swapped, both ends free", *swapped_layers()
+    yield "two layers that swapped places, both ends free", *swapped_layers()
 
 
-def pushed_through(scene, own):
-    """Our result with the free vertex of one impact on the wrong side by a nanometre."""
+def pushed_through(scene: Scene, own: Result) -> Positions:
+    """Move the vertex of one vertex-face impact through its face, by PUSHED_M.
+
+    Args:
+        scene: The step.
+        own: Our result; it needs an impact of an unpinned vertex inside a face.
+
+    Returns:
+        (n, 3) f8 [m], end positions.
+    """
     impacts = own.impacts
     is_inside = (impacts.weights[:, 1:] < -0.1).all(axis=1) & ~impacts.is_edge_edge
-    is_free = ~scene.pinned[impacts.nodes[:, 0]]
-    first = np.flatnonzero(is_inside & is_free)[0]
+    is_unpinned = ~scene.pinned[impacts.nodes[:, 0]]
+    first = np.flatnonzero(is_inside & is_unpinned)[0]
     vertex, *face = impacts.nodes[first]
     positions = own.positions.copy()
     a, b, c = positions[face]
@@ -98,11 +130,17 @@ def pushed_through(scene, own):
     return positions
 
 
-def swapped_layers(n=8):
-    """Two rippled sheets, one above the other, that change places; both ends are free.
+def swapped_layers(n: int = 8) -> tuple[Scene, Positions]:
+    """Make two rippled sheets, one above the other, that swap places; both ends are free.
 
-    Not the same ripples: facets that stay parallel are within ipctk's tolerance all over,
-    and each such pair may take all of its iterations.
+    The two sheets have different ripples. Facets that stay parallel would be within ipctk's
+    tolerance everywhere, and each such pair might take all of its iterations.
+
+    Args:
+        n: Vertices along a side of a sheet.
+
+    Returns:
+        The scene, and (n, 3) f8 [m], its proposed positions.
     """
     x, y = np.meshgrid(np.linspace(0.0, 1.0, n), np.linspace(0.0, 1.0, n), indexing="ij")
     low = np.column_stack(

@@ -1,8 +1,8 @@
-"""The families of zone problems on which solvers are compared."""
+"""Families of zone problems on which studies compare solvers: random, structured and recorded."""
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,29 +18,42 @@ STEP_THICKNESS_M = 1e-4
 
 
 class Family(NamedTuple):
-    """Problems of one kind. Those of a series differ in size only, smaller ones first."""
+    """Zone problems of one kind.
+
+    The families of a series differ only in size, and smaller ones come first.
+    """
 
     name: str
     series: str
-    size: int  # impacts a problem, about
-    says: str  # what it is
-    make: Callable  # (number) -> ZoneProblem
-    count: int  # problems
+    size: int  # impacts of one problem, about
+    says: str  # description on the page
+    make: Callable[[int], ZoneProblem]  # makes the problem of a number
+    count: int  # number of problems  # pyright: ignore[reportIncompatibleMethodOverride]
 
     def problems(self) -> list[ZoneProblem]:
-        """The problems; the same ones each time."""
+        """Make the problems; they are the same ones each time."""
         return [self.make(number) for number in range(self.count)]
 
 
-def _seeded(name, series, size, says, make, *arguments, count=5):
-    def made(number):
+def _seeded(
+    name: str,
+    series: str,
+    size: int,
+    says: str,
+    make: Callable[..., ZoneProblem],
+    *arguments: Any,
+    count: int = 5,
+) -> Family:
+    """Return a family whose problems are drawn with a seed of name and number."""
+
+    def made(number: int) -> ZoneProblem:
         return make(np.random.default_rng([SEED, *name.encode(), number]), *arguments)
 
     return Family(name, series, size, says, made, count)
 
 
 def synthetic() -> list[Family]:
-    """Families that need no files."""
+    """Return the families that need no files."""
     families = [
         _seeded(
             f"random-{size}",
@@ -61,10 +74,12 @@ def synthetic() -> list[Family]:
     says = "small sheets of cloth pressed onto one another and onto a pinned one"
     families.append(_seeded("stack-500", "stack", 490, says, stack_zone, 6, 9))
     families.append(_seeded("stack-4700", "stack", 4704, says, stack_zone, 13, 16, count=2))
-    says = "vertices between two faces each: opposed rows"
+    says = "vertices between two faces each: opposed constraints"
     for size in (64, 256):
         families.append(_seeded(f"pinch-{size}", "pinch", size, says, pinch_zone, size))
-    says = "half of the rows doubled, nearly parallel, farther along or opposed; equal masses"
+    says = (
+        "half of the constraints duplicate, nearly parallel, farther along or opposed; equal masses"
+    )
     for size in (64, 256):
         families.append(
             _seeded(f"redundant-{size}", "redundant", size, says, random_zone, size, 1.0)
@@ -77,22 +92,23 @@ def synthetic() -> list[Family]:
 
 
 RECORDED = {
-    "armadillo-first": "of a step of a soft body between rollers, many rows redundant",
-    "armadillo-last": "the same at the end of the step, nearly twice as large",
+    "armadillo-first": "a zone of a step of a soft body between rollers, with many redundant "
+    "constraints",
+    "armadillo-last": "the same zone at the end of the step, nearly twice as large",
     "end-sheets-10k": "the largest zones in which the step sheets-10k ends",
     "end-crumple-10k": "the largest zones in which the step crumple-10k ends",
 }
 
 
 def recorded() -> list[Family]:
-    """Families of the step files: zones that came up in steps; none without the files."""
+    """Return the families of zones that occurred in steps; none if there are no step files."""
     families = []
     for name in ("armadillo-first", "armadillo-last"):
         file = f"zone-{name}"
         if (steps.FOLDER / f"{file}.npz").is_file():
             size = len(steps.load(file)["nodes"])
 
-            def made(_, file=file):
+            def made(_number: int, file: str = file) -> ZoneProblem:
                 return steps.load_zone(file)
 
             families.append(Family(name, "armadillo", size, RECORDED[name], made, 1))
@@ -102,25 +118,35 @@ def recorded() -> list[Family]:
     return families
 
 
-def step_family(step, says) -> Family:
-    """The family of the largest zones in which a step ends."""
+def step_family(step: str, says: str) -> Family:
+    """Return the family of the largest zones in which a step ends.
+
+    Args:
+        step: Name of the step.
+        says: Description on the page.
+    """
     name, problems = f"end-{step}", step_zones(step)
     size = int(np.median([len(problem.nodes) for problem in problems]))
 
-    def made(number):  # a call may ask for more than there are
+    def made(number: int) -> ZoneProblem:  # a call may ask for more problems than there are
         return problems[number % len(problems)]
 
     return Family(name, name, size, says, made, len(problems))
 
 
 def descriptions() -> dict[str, str]:
-    """{name: what it is}, of all families, whether there are step files or not."""
+    """Return `{name: description}` of all families, whether there are step files or not."""
     return {family.name: family.says for family in synthetic()} | RECORDED
 
 
 @cache
-def step_zones(name, largest=3) -> tuple[ZoneProblem, ...]:
-    """The largest zones in which a step ends, resolved here."""
+def step_zones(name: str, largest: int = 3) -> tuple[ZoneProblem, ...]:
+    """Resolve a step and return the largest zones in which it ends.
+
+    Args:
+        name: Name of the step.
+        largest: Number of zones.
+    """
     scene = steps.load_step(name)
     result = resolve(scene, STEP_THICKNESS_M)
     order = np.argsort(-np.diff(result.zones.impact_offsets), kind="stable")[:largest]
@@ -134,8 +160,8 @@ QUICK = ("random-1", "random-16", "random-64", "random-256", "chain-64", "pinch-
 QUICK += ("redundant-64", "masses-1e12")
 
 
-def families(quick) -> list[Family]:
-    """All, or a few that take little time."""
+def families(quick: bool) -> list[Family]:
+    """Return all families, or a few that take little time."""
     if quick:
         return [family for family in synthetic() if family.name in QUICK]
     return synthetic() + recorded()

@@ -1,33 +1,40 @@
-"""One process that solves ever larger cases: a line of JSON each, with time and peak memory.
+"""Solve larger and larger cases in one process, and print time and peak memory of each.
 
     python -m validation.study.growth sheets 1000 3000
 
-The sizes rise, so that the peak of the process is the peak of the last one.
+The output is one line of JSON for each case. The sizes must rise, so that the peak memory of the
+process is that of the last case.
 """
 
 import json
 import resource
 import sys
 import time
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 import izo_ref
 from izo_ref.base.errors import IzoError
+from izo_ref.zones.problem import ZoneProblem, ZoneSolution
+
+Outcome = TypeVar("Outcome")
 
 SEED = 20240607
 THICKNESS_M = 1e-4
 TOLERANCE = 1e-9
-ENOUGH_S = 1.0  # repeats of a case take as long, at most
+ENOUGH_S = 1.0  # a case is repeated until its calls took this long
 MOST_REPEATS = 5
 WARM = {"sheets": (2000,), "chain": (1, 8, 2000), "pinch": (2, 8, 600), "random": (1, 8, 300)}
 
 
 def peak_mib() -> float:
-    """Largest resident size of this process so far [MiB].
+    """Return the largest resident size of this process so far [MiB].
 
-    Where there is /proc it is asked: after a fork `ru_maxrss` can be that of the parent.
+    It is read from /proc where that exists, since `ru_maxrss` can be that of the parent process
+    after a fork.
     """
     status = Path("/proc/self/status")
     if status.is_file():
@@ -38,8 +45,16 @@ def peak_mib() -> float:
     return largest / (1024.0**2 if sys.platform == "darwin" else 1024.0)
 
 
-def sheets_row(size) -> dict:
-    """`resolve` on two sheets of this many triangles: seconds by stage, of the quickest run."""
+def sheets_row(size: int) -> dict[str, Any]:
+    """Measure `resolve` on two sheets of this many triangles.
+
+    Args:
+        size: Triangles of both sheets together.
+
+    Returns:
+        Counts, and the seconds of each stage in the quickest run. `door_s` are the seconds that it
+        takes to make the `Scene`.
+    """
     from validation.scenes.sheets import meeting_sheets
 
     begin = time.perf_counter()
@@ -66,11 +81,19 @@ def sheets_row(size) -> dict:
     }
 
 
-def zone_row(family, size) -> dict:
-    """`solve_zone` on one zone of this many impacts; seconds of the quickest run."""
+def zone_row(family: str, size: int) -> dict[str, Any]:
+    """Measure `solve_zone` on one zone of this many impacts.
+
+    Args:
+        family: Name of a family, as for `zone_of`.
+        size: Number of impacts.
+
+    Returns:
+        Counts, residuals, and the seconds of the quickest run.
+    """
     problem = zone_of(family, size)
 
-    def call():
+    def call() -> tuple[ZoneSolution, float]:
         begin = time.perf_counter()
         solution = izo_ref.solve_zone(problem, tolerance=TOLERANCE)
         return solution, time.perf_counter() - begin
@@ -91,8 +114,13 @@ def zone_row(family, size) -> dict:
     }
 
 
-def zone_of(family, size):
-    """A zone of a family; of a recorded one the size is what its file has."""
+def zone_of(family: str, size: int) -> ZoneProblem:
+    """Make a zone of a family, or load a recorded zone.
+
+    Args:
+        family: "chain", "pinch", "random", or the name of a file with a recorded zone.
+        size: Number of impacts; ignored for a recorded zone.
+    """
     from validation.scenes import piles, zones
     from validation.study import steps
 
@@ -106,8 +134,10 @@ def zone_of(family, size):
     return steps.load_zone(family)
 
 
-def _quickest(call, seconds):
-    """The outcome of the quickest of some calls, and how many there were."""
+def _quickest(
+    call: Callable[[], Outcome], seconds: Callable[[Outcome], float]
+) -> tuple[Outcome, int]:
+    """Return the outcome of the quickest of some calls, and the number of calls."""
     outcomes, begin = [call()], time.perf_counter()
     spent = seconds(outcomes[0])
     while len(outcomes) < MOST_REPEATS and spent < ENOUGH_S:
@@ -116,14 +146,19 @@ def _quickest(call, seconds):
     return min(outcomes, key=seconds), len(outcomes)
 
 
-def main(arguments):
+def main(arguments: Sequence[str]) -> None:
+    """Measure the cases of a command line and print a line of JSON for each.
+
+    Args:
+        arguments: Name of a family, and the sizes in rising order.
+    """
     family, *sizes = arguments
     imported = peak_mib()
 
-    def measured(size):
+    def measured(size: int) -> dict[str, Any]:
         return sheets_row(size) if family == "sheets" else zone_row(family, size)
 
-    for size in WARM.get(family, (600,)):  # compiles, or loads what was compiled
+    for size in WARM.get(family, (600,)):  # compiles, or loads the compiled code
         sheets_row(size) if family == "sheets" else zone_row(
             family if family in WARM else "chain", size
         )

@@ -1,18 +1,28 @@
-"""Error against time of solvers of zones: one row a cell of `cells.plan`."""
+"""Study of zones: error against run time of each solver, one row for each cell of `cells.plan`.
+
+A cell is a family of zones, a solver and a tolerance. Its row has the median time of the family's
+problems and their worst residuals and errors, which are computed outside the solver. It is one of
+the studies of `python -m validation report`.
+"""
 
 import math
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from izo_ref.zones.problem import residuals
+from izo_ref.base.arrays import Floats, Multipliers
+from izo_ref.zones.problem import ZoneProblem, residuals
 from validation.oracles.answer import scaled_zone
+from validation.rows import Rows
 from validation.scenes.zones import random_zone
 from validation.study import own
 from validation.study.cells import BATCH, LIBRARY, Cell, plan
 from validation.study.families import SEED, Family, families
+from validation.study.parts import Say
 from validation.study.timing import measure, threads
 from validation.study.truth import Truth
 
@@ -20,18 +30,18 @@ ASKED = (1e-3, 1e-6, 1e-9, 1e-12)
 
 
 class Limits(NamedTuple):
-    """How much work a cell may be."""
+    """How much work a cell may take."""
 
-    call_s: float  # a call that takes longer is not made at larger sizes
-    cell_s: float  # after which a cell begins with no further problem
-    repeats_s: float  # for the repeats of one problem's call
-    compared_s: float  # the same, of dual methods and libraries, whose ratios are told
+    call_s: float  # if a call takes longer than this, larger sizes are left out
+    cell_s: float  # after this time a cell starts with no further problem
+    repeats_s: float  # for the calls of one problem
+    compared_s: float  # the same for dual methods and libraries, whose times are compared
     repeats: int
-    visits: float  # steps times impacts of all problems of a cell, of methods that count steps
-    problems: int  # at most, of methods that count steps
+    visits: float  # steps times impacts of all problems of a cell, for methods that count steps
+    problems: int  # largest number of problems, for methods that count steps
 
 
-# 75 ns a visit: a cell of 1e7 is done in a second or so
+# a visit takes 75 ns, so a cell of 1e7 visits takes about a second
 FULL = Limits(
     call_s=20.0, cell_s=1.0, repeats_s=0.1, compared_s=12.0, repeats=5, visits=1e7, problems=3
 )
@@ -41,49 +51,54 @@ QUICK = Limits(
 
 
 class Outcome(NamedTuple):
-    """What came of one problem."""
+    """The answer of a solver to one problem."""
 
-    seconds: float
-    displacements: np.ndarray
-    multipliers: np.ndarray
-    steps: int | None
-    says: str
+    seconds: float  # for this problem; a share of the call if it solved several
+    displacements: Floats  # (n, 3) f8 [m], from the proposed positions
+    multipliers: Multipliers  # (n_impacts,) f8 [kg]
+    steps: int | None  # None for libraries
+    says: str  # message of a library
 
 
 class Bench:
-    """A family's problems and their optima, made when they are first asked for."""
+    """The problems of a family and their optima, made when they are first used.
 
-    def __init__(self, family: Family):
+    Args:
+        family: The family.
+    """
+
+    def __init__(self, family: Family) -> None:
+        """Keep the family; nothing is computed yet."""
         self.family = family
 
     @cached_property
-    def problems(self):
+    def problems(self) -> list[ZoneProblem]:
+        """The problems of the family."""
         return self.family.problems()
 
     @cached_property
-    def truths(self):
+    def truths(self) -> list[Truth]:
+        """The optimum of each problem."""
         return [Truth(problem) for problem in self.problems]
 
     @cached_property
-    def many(self):
-        """As many zones as a step may have."""
+    def many(self) -> list[ZoneProblem]:
+        """As many problems as a step may have zones; the first ones are those of the family."""
         return [self.family.make(number) for number in range(BATCH)]
 
 
-def run(rows_folder, quick, say) -> None:
+def run(rows_folder: Path, quick: bool, say: Say) -> None:
     """Add the rows that are missing.
 
     Args:
-        rows_folder: where `inner.csv` is.
-        quick: a few families and little work.
-        say: called with a line of text as the work goes on.
+        rows_folder: Folder of `inner.csv`.
+        quick: Measure a few families with little work.
+        say: Is called with a line of text as the work goes on.
     """
-    from validation.rows import Rows
-
     rows = Rows(rows_folder, "inner", Cell._fields)
     limits = QUICK if quick else FULL
     past = Past(limits, rows.all())
-    compiled = set()
+    compiled: set[tuple[str, ...]] = set()
     for family in families(quick):
         missing = [cell for cell in plan([family], quick) if not rows.has(**cell._asdict())]
         begin, bench = time.perf_counter(), Bench(family)
@@ -96,13 +111,22 @@ def run(rows_folder, quick, say) -> None:
 
 
 class Past:
-    """The rows so far: what took too long, or did not converge, is not tried on more."""
+    """The rows so far. They decide which cells are left out.
 
-    def __init__(self, limits, rows):
+    If a solver took too long, it is not tried at larger sizes or smaller tolerances. If a method
+    that counts steps did not converge, it is not tried at smaller tolerances.
+
+    Args:
+        limits: How much work a cell may take.
+        rows: The rows so far.
+    """
+
+    def __init__(self, limits: Limits, rows: Iterable[dict[str, Any]]) -> None:
+        """Keep the limits and a list of the rows."""
         self.limits, self.rows = limits, list(rows)
 
-    def reason(self, cell, family) -> str | None:
-        """Why a cell is left out, if it is."""
+    def reason(self, cell: Cell, family: Family) -> str | None:
+        """Return the reason why a cell is left out; None if it is measured."""
         for row in self.rows:
             same = tuple(row[name] for name in Cell._fields[1:6]) == cell.variant
             same = same and row["mode"] == cell.mode and row["series"] == family.series
@@ -120,10 +144,23 @@ class Past:
         return None
 
 
-def cell_row(cell, bench, limits, past, compiled) -> dict:
-    """The columns beside the key."""
+def cell_row(
+    cell: Cell, bench: Bench, limits: Limits, past: Past, compiled: set[tuple[str, ...]]
+) -> dict[str, Any]:
+    """Measure a cell.
+
+    Args:
+        cell: The cell.
+        bench: Problems of the cell's family.
+        limits: How much work the cell may take.
+        past: The rows so far.
+        compiled: Variants of our solvers that were called before; this one is added.
+
+    Returns:
+        The columns beside the key.
+    """
     family = bench.family
-    row = {
+    row: dict[str, Any] = {
         "kind": cell.kind,
         "series": family.series,
         "size": family.size,
@@ -152,12 +189,13 @@ def cell_row(cell, bench, limits, past, compiled) -> dict:
             row["compile_s"] = _compile(cell, compiled)
             row["max_steps"] = _max_steps(cell, family, limits)
             outcomes = list(_own(cell, bench, limits, row["max_steps"]))
-    except Exception as error:  # whatever a solver raises is its row
+    except Exception as error:  # an exception of a solver is recorded in its row
         return row | {"outcome": "failed", "message": f"{type(error).__name__}: {error}"[:200]}
     return row | _judged(cell, bench, outcomes)
 
 
-def _library(cell, bench, limits):
+def _library(cell: Cell, bench: Bench, limits: Limits) -> Iterator[Outcome]:
+    """Yield the answers of a library, until the time of the cell is spent."""
     library, spent = LIBRARY[cell.solver], 0.0
     for problem in bench.problems:
         zone = scaled_zone(problem)
@@ -173,7 +211,8 @@ def _library(cell, bench, limits):
             return
 
 
-def _own(cell, bench, limits, max_steps):
+def _own(cell: Cell, bench: Bench, limits: Limits, max_steps: int | None) -> Iterator[Outcome]:
+    """Yield the answers of one of our solvers, until the time of the cell is spent."""
     options = cell.setting.options(cell.tolerance, max_steps or 100_000)
     problems = bench.problems[: limits.problems if max_steps else None]
     groups = [bench.many] if cell.mode == "batch" else [[problem] for problem in problems]
@@ -191,16 +230,20 @@ def _own(cell, bench, limits, max_steps):
                 return
 
 
-def _max_steps(cell, family, limits):
-    """Of methods that count steps, so many that a cell's work is bounded; else None."""
+def _max_steps(cell: Cell, family: Family, limits: Limits) -> int | None:
+    """Return the limit of steps that bounds the work of a cell; None if steps are not counted."""
     if not cell.setting.counts_steps:
         return None
     problems = BATCH if cell.mode == "batch" else min(family.count, limits.problems)
     return max(10, int(limits.visits / (family.size * problems)))
 
 
-def _compile(cell, compiled):
-    """[s] what the first call of a variant takes longer than a later one; None if not first."""
+def _compile(cell: Cell, compiled: set[tuple[str, ...]]) -> float | None:
+    """Measure how much longer the first call of a variant takes than the second [s].
+
+    Returns:
+        The difference; None if the variant was called before.
+    """
     if cell.variant in compiled:
         return None
     compiled.add(cell.variant)
@@ -213,14 +256,14 @@ def _compile(cell, compiled):
     return max(0.0, 2.0 * between - begin - time.perf_counter())
 
 
-def _judged(cell, bench, outcomes):
-    """Residuals and errors, the worst of all problems, and the median of the times."""
+def _judged(cell: Cell, bench: Bench, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Compute the worst residuals and errors of all problems, and the median of their times."""
     problems = bench.many if cell.mode == "batch" else bench.problems
     judged = [
         residuals(problem, problem.proposed + outcome.displacements, outcome.multipliers)
         for problem, outcome in zip(problems, outcomes, strict=False)
     ]
-    # the problems of a family are the first of many
+    # in a batch only the first problems, those of the family, have a known optimum
     errors = [
         truth.error(outcome.displacements)
         for truth, outcome in zip(bench.truths, outcomes, strict=False)
@@ -246,5 +289,6 @@ def _judged(cell, bench, outcomes):
     }
 
 
-def _worst(values):
+def _worst(values: Iterable[float]) -> float | None:
+    """Return the largest value; NaN counts as infinity, and None means that there is no value."""
     return max((v if math.isfinite(v) else math.inf for v in values), default=None)

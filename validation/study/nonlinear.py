@@ -1,17 +1,21 @@
-"""Is the fixed point of re-linearisation a KKT point of the nonlinear problem?
+"""Study: is the fixed point of re-linearisation a KKT point of the nonlinear problem?
 
-Small scenes are resolved with as many rounds of re-linearisation as pay. From there the
-zone alone is re-linearised on, with the same pairs, until it stands still. Some zones do
-not stand still: with the pairs they have they slide off, into pairs they do not have; the
-outer loop takes those in, and its objective rises, so it keeps the round before. Such zones
-have no fixed point to judge and are counted.
+It resolves small scenes with as many rounds of re-linearisation as lower the objective. From there
+it re-linearises each zone alone, with the same pairs, until the zone stands still, and measures the
+residuals of `oracles/nonlinear.py`. Some zones do not stand still: they slide until pairs meet that
+they do not have. The outer loop would add these pairs, its objective would rise, and so it keeps
+the round before. Such zones have no fixed point to judge; they are counted.
 """
+
+from typing import Any
 
 import numpy as np
 
+from izo_ref.base.arrays import Flags, Positions
 from izo_ref.base.options import Options
 from izo_ref.detection.cpu.frames import compute_closest_frames
-from izo_ref.loop.resolve import resolve
+from izo_ref.loop.resolve import Result, resolve
+from izo_ref.scene import Scene
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import zone_problem
@@ -21,14 +25,26 @@ from validation.scenes.contacts import KINDS, contact_scene
 
 THICKNESS_M = 0.02
 ROUNDS = 2000
-# Of the displacement: a zone that stands still moves less in a round,
+# Both are fractions of the displacement from the proposed positions. A zone stands still if a round
+# moves it by at most STILL. It has left the result of `resolve` if it is farther away than LEFT.
 STILL = 1e-15
-# and one that goes farther than this from the result of `resolve` has left it.
 LEFT = 1e-2
 
 
-def fixed_point(problem, is_edge_edge, positions):
-    """Re-linearise a zone with its own pairs until it stands still; None if it leaves."""
+def fixed_point(
+    problem: ZoneProblem, is_edge_edge: Flags, positions: Positions
+) -> Positions | None:
+    """Re-linearise a zone with its own pairs until it stands still.
+
+    Args:
+        problem: The zone.
+        is_edge_edge: (n_impacts,) b1, kind of each pair.
+        positions: (n, 3) f8 [m], result of `resolve`.
+
+    Returns:
+        (n, 3) f8 [m], where it stands still, or where it is after ROUNDS rounds; None if it leaves
+        the result of `resolve`.
+    """
     size = np.abs(positions - problem.proposed).max()
     x = positions
     weights, normals = np.empty_like(problem.weights), np.empty_like(problem.normals)
@@ -44,8 +60,16 @@ def fixed_point(problem, is_edge_edge, positions):
     return x
 
 
-def nonlinear_rows(seed=20240607, each=10):
-    """One row a zone: residuals at the fixed point, and how far SLSQP goes from it."""
+def nonlinear_rows(seed: int = 20240607, each: int = 10) -> list[dict[str, Any]]:
+    """Measure the residuals of each zone at its fixed point, and how far SLSQP moves from there.
+
+    Args:
+        seed: Seed of the scenes.
+        each: Number of scenes of each kind.
+
+    Returns:
+        One row for each zone.
+    """
     rows = []
     for kind in KINDS:
         for number in range(each):
@@ -58,12 +82,13 @@ def nonlinear_rows(seed=20240607, each=10):
     return rows
 
 
-def _row(scene, result, zone):
+def _row(scene: Scene, result: Result, zone: int) -> dict[str, Any]:
     own = result.zones.impacts_of(zone)
     kinds = result.impacts.is_edge_edge[own]
     problem = zone_problem(scene, result.impacts, result.zones, zone, result.thickness)
     positions = result.positions[np.unique(result.impacts.nodes[own])]
-    row = {"impacts": len(own), "rounds": max(entry.round for entry in result.history)}
+    rounds = max(entry.round for entry in result.history)
+    row: dict[str, Any] = {"impacts": len(own), "rounds": rounds}
     x = fixed_point(problem, kinds, positions)
     if x is None:
         return row | {"fixed_point": False}

@@ -1,16 +1,25 @@
-"""Objective against CPU time of whole steps: selection, thickness, tolerance, rounds."""
+"""Study of whole steps: objective against CPU time, by selection, thickness, tolerance and rounds.
+
+It resolves each step with each setting on one thread, and takes the quickest of up to three runs.
+It is one of the studies of `python -m validation report`.
+"""
 
 import time
+from collections.abc import Callable, Sequence
 from itertools import product
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from izo_ref import Options, resolve, solve_zone
 from izo_ref.base.errors import IzoError
 from izo_ref.base.options import CHOICES
+from izo_ref.loop.resolve import Result
+from izo_ref.scene import Scene
 from validation.rows import Rows
 from validation.study import steps
+from validation.study.parts import Say
 from validation.study.timing import threads
 
 SEED = 20240607
@@ -20,11 +29,11 @@ THICKNESSES_M = (3e-5, 1e-4, 3e-4)
 TOLERANCES = (1e-9, 1e-6)
 ROUNDS = (0, 1, 2, 3)
 PEER = "ARCSim 0.2.1"
-# Of steps that take longer by default [CPU s], only the selections are compared.
+# If a step takes longer than this with the default [CPU s], only its selections are compared.
 LONG_S = 10.0
-FULL_LIMIT_S, QUICK_LIMIT_S = 300.0, 10.0  # of one row; looked at after each iteration
-FULL_ENOUGH_S, QUICK_ENOUGH_S, MOST_REPEATS = 1.0, 0.3, 3  # repeats of a row end by then
-DEMO = "generated: demo"  # half a minute for all settings
+FULL_LIMIT_S, QUICK_LIMIT_S = 300.0, 10.0  # of one run; checked after each iteration
+FULL_ENOUGH_S, QUICK_ENOUGH_S, MOST_REPEATS = 1.0, 0.3, 3  # after this a row is not repeated
+DEMO = "generated: demo"  # takes half a minute for all settings
 QUICK_STEPS = (
     "cloth-funnel-clean",
     "crumple-10k",
@@ -37,12 +46,12 @@ QUICK_STEPS = (
 
 
 class Setting(NamedTuple):
-    """What a row is about, beside the step."""
+    """The key columns of a row beside the step."""
 
-    selection: str
+    selection: str  # a selection of ours, or the name of the other system
     thickness: float  # [m]
-    tolerance: float  # of gap and violation
-    relinearize: int
+    tolerance: float | None  # of gap and violation; None for the other system
+    relinearize: int | None  # rounds at most; None for the other system
 
 
 DEFAULT = Setting("independent", THICKNESS_M, 1e-9, 3)
@@ -50,16 +59,16 @@ KEYS = ("step", *Setting._fields)
 
 
 class _TooLong(Exception):
-    pass
+    """A run took longer than its limit."""
 
 
-def run(rows_folder, quick, say):
+def run(rows_folder: Path, quick: bool, say: Say) -> None:
     """Add the rows that are missing.
 
     Args:
-        rows_folder: of `outer.csv`.
-        quick: the steps of a second or less, and fewer settings.
-        say: called with a line of progress.
+        rows_folder: Folder of `outer.csv`.
+        quick: Measure only steps of a second or less, with fewer settings.
+        say: Is called with a line of text as the work goes on.
     """
     rows = Rows(rows_folder, "outer", KEYS)
     peers = steps.peers()
@@ -78,20 +87,20 @@ def run(rows_folder, quick, say):
         say(f"outer: {name}, {added} rows, {time.perf_counter() - begin:.1f} s")
 
 
-def step_names(quick) -> list[str]:
-    """Steps of this run; generated ones where there are no step files."""
+def step_names(quick: bool) -> list[str]:
+    """Name the steps of a run; generated ones where there are no step files."""
     if not steps.available():
         return [name for name in GENERATED if not (quick and name == DEMO)]
-    names = sorted(steps.step_names(), key=_file_size)  # small ones first
+    names = sorted(steps.step_names(), key=_file_size)  # small files first
     return [name for name in QUICK_STEPS if name in names] if quick else names
 
 
-def _file_size(name):
+def _file_size(name: str) -> int:
     return (steps.FOLDER / f"{name}.npz").stat().st_size
 
 
-def settings(quick) -> list[Setting]:
-    """The default first; then selections and rounds, tolerances, thicknesses."""
+def settings(quick: bool) -> list[Setting]:
+    """Return the default; then selections with rounds, with tolerances, and with thicknesses."""
     rounds = (0, 3) if quick else ROUNDS
     others = SELECTIONS[:1] if quick else SELECTIONS
     found = [DEFAULT]
@@ -101,11 +110,15 @@ def settings(quick) -> list[Setting]:
     return list(dict.fromkeys(found))
 
 
-def _add_step(rows, name, missing, quick):
-    """Rows of one step; of a long one few."""
+def _add_step(rows: Rows, name: str, missing: Sequence[Setting], quick: bool) -> int:
+    """Add the missing rows of one step, only the selections if the step takes long.
+
+    Returns:
+        The number of rows that were added.
+    """
     try:
         scene = _scene(name)
-    except IzoError as error:  # refused as input, as it has to be
+    except IzoError as error:  # the step is rejected as input, which is the right answer
         rows.add(step=name, **DEFAULT._asdict(), **_failure(error))
         return 1
     limit_s = QUICK_LIMIT_S if quick else FULL_LIMIT_S
@@ -121,27 +134,30 @@ def _add_step(rows, name, missing, quick):
     return added
 
 
-def _is_long(rows, name):
-    """Whether the default took long; False before it is measured."""
+def _is_long(rows: Rows, name: str) -> bool:
+    """Return whether the default took long or failed; False before it is measured."""
     own = [r for r in rows.all() if r["step"] == name and _setting(r) == DEFAULT]
     return any(row["outcome"] == "failed" or row["cpu_s"] > LONG_S for row in own)
 
 
-def _setting(row):
+def _setting(row: dict[str, Any]) -> Setting:
     return Setting(*(row[name] for name in Setting._fields))
 
 
-def _measured(scene, setting, limit_s, enough_s):
-    """CPU and wall seconds of the quickest of up to three runs, and what came out."""
+def _measured(scene: Scene, setting: Setting, limit_s: float, enough_s: float) -> dict[str, Any]:
+    """Measure the quickest of up to three runs: CPU seconds, seconds of the clock, and result."""
+    assert setting.tolerance is not None
+    assert setting.relinearize is not None
     options = Options(
         selection=setting.selection,
         relinearize=setting.relinearize,
         gap_tolerance=setting.tolerance,
         violation_tolerance=setting.tolerance,
     )
-    best, spent, repeats = None, 0.0, 0
+    runs: list[tuple[float, float, Result]] = []  # CPU seconds, seconds of the clock, result
+    spent = 0.0
     with threads(1):
-        while repeats < MOST_REPEATS and spent < enough_s:
+        while len(runs) < MOST_REPEATS and spent < enough_s:
             begin_cpu, begin = time.process_time(), time.perf_counter()
             try:
                 result = resolve(
@@ -155,23 +171,27 @@ def _measured(scene, setting, limit_s, enough_s):
             except (IzoError, MemoryError) as error:
                 return _failure(error)
             cpu, wall = time.process_time() - begin_cpu, time.perf_counter() - begin
-            spent, repeats = spent + wall, repeats + 1
-            if best is None or cpu < best[0]:
-                best = cpu, wall, result
-    cpu, wall, result = best
-    return _outcome(result) | {"cpu_s": cpu, "wall_s": wall, "repeats": repeats}
+            spent += wall
+            runs.append((cpu, wall, result))
+    cpu, wall, result = min(runs, key=lambda timed: timed[0])
+    return _outcome(result) | {"cpu_s": cpu, "wall_s": wall, "repeats": len(runs)}
 
 
-def _stopping(until):
-    def on_iteration(_line):
+def _stopping(until: float) -> Callable[[object], None]:
+    """Return an `on_iteration` that stops a run after this time of the process [CPU s]."""
+
+    def on_iteration(_line: object) -> None:
         if time.process_time() > until:
             raise _TooLong
 
     return on_iteration
 
 
-def _outcome(result):
-    """A row is converged if the path is certified free and every zone is solved."""
+def _outcome(result: Result) -> dict[str, Any]:
+    """Return the columns of a result.
+
+    A row is converged if the path is certified free and every zone is solved.
+    """
     status = result.status.name
     return {
         "outcome": "converged" if status == "FREE" else "not converged",
@@ -185,21 +205,21 @@ def _outcome(result):
     }
 
 
-def _too_long(cpu):
+def _too_long(cpu: float) -> dict[str, Any]:
     return {"outcome": "not converged", "message": f"stopped after {cpu:.0f} s", "cpu_s": cpu}
 
 
-def _failure(error):
+def _failure(error: Exception) -> dict[str, Any]:
     return {"outcome": "failed", "message": f"{type(error).__name__}: {error}"[:200]}
 
 
-def _peer_key(name):
+def _peer_key(name: str) -> dict[str, Any]:
     peer = Setting(PEER, THICKNESS_M, None, None)
     return {"step": name, **peer._asdict()}
 
 
-def _peer_row(peer):
-    """What was recorded elsewhere; an obstacle that was moved is another problem."""
+def _peer_row(peer: dict[str, Any]) -> dict[str, Any]:
+    """Return what was recorded of the other system; moving an obstacle solves another problem."""
     point = peer["arcsim_0_2_1"]
     moved = point.get("obstacle_moved_m", 0.0)
     valid = point["converged"] and point["path_free_at_1e9"] and point["end_free"] and not moved
@@ -213,23 +233,23 @@ def _peer_row(peer):
     }
 
 
-def _scene(name):
+def _scene(name: str) -> Scene:
     return GENERATED[name]() if name in GENERATED else steps.load_step(name)
 
 
-def _demo():
+def _demo() -> Scene:
     from izo_ref.app.demo import demo_scene
 
     return demo_scene()[0]
 
 
-def _sheets(n_triangles):
+def _sheets(n_triangles: int) -> Scene:
     from validation.scenes.sheets import meeting_sheets
 
     return meeting_sheets(np.random.default_rng([SEED, n_triangles]), n_triangles)
 
 
-def _contact(kind):
+def _contact(kind: str) -> Scene:
     from validation.scenes.contacts import contact_scene
 
     return contact_scene(np.random.default_rng(SEED), kind)
@@ -244,8 +264,8 @@ GENERATED = {
 }
 
 
-def _warm_up():
-    """Compile, or load, what the first row would otherwise pay for."""
+def _warm_up() -> None:
+    """Compile or load the code whose compile time the first row would otherwise include."""
     from validation.scenes.piles import chain_zone
 
     with threads(1):

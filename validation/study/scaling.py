@@ -1,14 +1,21 @@
-"""Time and memory against triangles, and against impacts of one zone."""
+"""Study of scaling: time and memory against the triangles of a step, or the impacts of a zone.
+
+Each family is measured by `growth.py` in a process of its own, so that a process that dies or takes
+too long leaves a row that says so. It is one of the studies of `python -m validation report`.
+"""
 
 import json
 import os
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from validation.rows import Rows
 from validation.study import steps
+from validation.study.parts import Say
 
 KEYS = ("family", "size")
 ROOT = Path(__file__).parent.parent.parent
@@ -17,7 +24,7 @@ FULL = {
     "sheets": (1_000, 3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000),
     "chain": (1, 4, 16, 64, 256, 1024, 4096, 20_000),
     "pinch": (2, 4, 16, 64, 256, 1024, 4096, 20_000),
-    # a dense graph, and so the third power of the impacts: 20,000 would take hours
+    # its graph is dense, so the time grows with n^3: 20,000 impacts would take hours
     "random": (1, 4, 16, 64, 256, 1024, 4096),
 }
 QUICK = {
@@ -30,13 +37,13 @@ FULL_LIMIT_S, QUICK_LIMIT_S = 900.0, 60.0
 COMPILE_LIMIT_S = 900.0
 
 
-def run(rows_folder, quick, say):
+def run(rows_folder: Path, quick: bool, say: Say) -> None:
     """Add the rows that are missing.
 
     Args:
-        rows_folder: of `scaling.csv`.
-        quick: up to 30,000 triangles, and small zones.
-        say: called with a line of progress.
+        rows_folder: Folder of `scaling.csv`.
+        quick: Measure up to 30,000 triangles, and small zones.
+        say: Is called with a line of text as the work goes on.
     """
     rows = Rows(rows_folder, "scaling", KEYS)
     limit = QUICK_LIMIT_S if quick else FULL_LIMIT_S
@@ -48,19 +55,30 @@ def run(rows_folder, quick, say):
                 say(f"scaling: {family} {row['size']}: {row['outcome']}, {row.get('total_s')} s")
 
 
-def plan(quick) -> dict:
-    """{family: sizes}, rising."""
+def plan(quick: bool) -> Mapping[str, tuple[int, ...]]:
+    """Return `{family: sizes}`, with rising sizes."""
     if quick:
         return QUICK
     recorded = {name: (size,) for name, size in RECORDED.items()}
     return FULL | (recorded if steps.available() else {})
 
 
-def measured(family, sizes, limit_s, threads=1):
-    """A row for each size, whatever the process does: one that dies leaves failures.
+def measured(
+    family: str, sizes: Sequence[int], limit_s: float, threads: int = 1
+) -> Iterator[dict[str, Any]]:
+    """Measure the cases of a family in another process.
 
-    One thread, of BLAS too, unless more are asked for: a second one changes times by what else
-    the machine does.
+    By default the process has one thread, also for BLAS. With two, the times would depend on what
+    else the machine does.
+
+    Args:
+        family: Name of the family.
+        sizes: Sizes in rising order.
+        limit_s: Seconds for each case, after which the process is stopped.
+        threads: Number of threads of the process.
+
+    Yields:
+        A row for each size. If the process dies or is stopped, the remaining rows are failures.
     """
     command = [sys.executable, "-m", "validation.study.growth", family, *map(str, sizes)]
     process = subprocess.Popen(
@@ -70,7 +88,8 @@ def measured(family, sizes, limit_s, threads=1):
         stdout=subprocess.PIPE,
         text=True,
     )
-    late, left = [], list(sizes)
+    late: list[float] = []  # the limit that was exceeded, if one was
+    left = list(sizes)
     with process:
         limits = [COMPILE_LIMIT_S] + [limit_s] * len(sizes)
         for limit in limits:
@@ -86,10 +105,11 @@ def measured(family, sizes, limit_s, threads=1):
         yield {"size": size, "outcome": "failed", "message": message}
 
 
-def _next_line(process, limit_s, late):
-    """What the process prints next; it is stopped if that takes longer."""
+def _next_line(process: subprocess.Popen[str], limit_s: float, late: list[float]) -> str:
+    """Return the next line that the process prints; stop it if that takes longer than the limit."""
+    assert process.stdout is not None
 
-    def stop():
+    def stop() -> None:
         late.append(limit_s)
         process.kill()
 

@@ -1,4 +1,9 @@
-"""How fast, and what each rule of the plan saves: ratios, both sides in one run."""
+"""Study of speed: how fast izo_ref is, and how much time each rule of the plan saves.
+
+It times detection beside ipctk, whole steps by stage beside recorded times of ARCSim, the loop with
+each rule switched off, new processes, and sheets of up to a million triangles. Both sides of a
+ratio are measured in the same run, in turn. `python -m validation study speed` starts it.
+"""
 
 import os
 import subprocess
@@ -6,20 +11,27 @@ import sys
 import tempfile
 import time
 import tracemalloc
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from izo_ref import Options, find_impacts, resolve
 from izo_ref.base.options import RULES
+from izo_ref.base.records import Impacts
+from izo_ref.loop.resolve import Result
+from izo_ref.scene import Scene
 from validation.rows import Rows
 from validation.study import scaling, steps
+from validation.study.parts import Part, Say
 from validation.study.timing import thread_counts, threads
 
 THICKNESS_M = 1e-4
-REPEATS = 5  # of which the median is taken, after one that does not count
-ENOUGH_S = 120.0  # of one cell: a step that takes longer is repeated less, which its row says
-# What is timed for a detection.
+REPEATS = 5  # the median of these is taken, after a first run that does not count
+ENOUGH_S = 120.0  # after this a cell is not repeated; its row has the number of repeats
+# The calls that are timed for a detection.
 OWN, LBVH, BOTH = (
     "izo_ref: find_impacts",
     "ipctk: LBVH",
@@ -30,16 +42,18 @@ SMALL_STEP = "ipctd-thick-cloth"
 SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
 STAGES = ("plan", "main", "relinearize", "scale_back", "certify", "judge")
 
+Key = TypeVar("Key", bound=Hashable)
 
-def _detection(folder, say):
-    """All impacts of a step, and what ipctk takes for its candidates, and for its step size."""
+
+def _detection(folder: Path, say: Say) -> None:
+    """Time the detection of all impacts of a step, and ipctk's candidates and its step size."""
     rows = Rows(folder, "detection", ("step", "what", "threads"))
     for step in DETECTION_STEPS:
         if rows.has(step=step, what=OWN, threads=1):
             continue
         scene = steps.load_step(step)
         calls = _detection_calls(scene)
-        numbers = {}
+        numbers: dict[tuple[str, int], int | None] = {}
         for key, (call, found) in calls.items():
             call()
             numbers[key] = found()
@@ -50,8 +64,10 @@ def _detection(folder, say):
             say(f"detection: {step}, {what}, {count} threads: {np.median(own):.3f} s")
 
 
-def _detection_calls(scene):
-    """{(what, threads): (call, how many it found)}"""
+def _detection_calls(
+    scene: Scene,
+) -> dict[tuple[str, int], tuple[Callable[[], object], Callable[[], int | None]]]:
+    """Return `{(what, threads): (call, found)}`; `found()` counts what the call found."""
     import ipctk
 
     start, end = scene.positions_t0, scene.positions_t1
@@ -59,35 +75,41 @@ def _detection_calls(scene):
     candidates = ipctk.Candidates()
     most = max(thread_counts())
 
-    def impacts(count):
-        def call():
+    def impacts(count: int) -> tuple[Callable[[], Impacts], Callable[[], int]]:
+        def call() -> Impacts:
             with threads(count):
                 return find_impacts(scene)
 
         return call, lambda: len(call().toi)
 
-    def build():
+    def build() -> None:
         ipctk.set_num_threads(most)
         candidates.build(mesh, start, end, broad_phase=ipctk.LBVH())
 
-    def step_size():
+    def step_size() -> None:
         build()
         ccd = ipctk.TightInclusionCCD()
         candidates.compute_collision_free_stepsize(mesh, start, end, narrow_phase_ccd=ccd)
 
-    calls = {(LBVH, most): (build, lambda: len(candidates))}
-    calls[BOTH, most] = step_size, lambda: None
+    calls: dict[tuple[str, int], tuple[Callable[[], object], Callable[[], int | None]]] = {
+        (LBVH, most): (build, lambda: len(candidates)),
+        (BOTH, most): (step_size, lambda: None),
+    }
     for count in reversed(thread_counts()):
         calls[OWN, count] = impacts(count)
     return calls
 
 
-def _whole(folder, say):
-    """Whole steps, by stage; beside ARCSim's CPU time, which was recorded before."""
+def _steps_of_arcsim() -> dict[str, dict[str, Any]]:
+    """Return `{step: its record of ARCSim 0.2.1}`, the step that took ARCSim least first."""
+    points = {name: peer["arcsim_0_2_1"] for name, peer in steps.peers().items()}
+    return dict(sorted(points.items(), key=lambda item: item[1]["cpu_seconds"]))
+
+
+def _whole(folder: Path, say: Say) -> None:
+    """Time whole steps by stage, beside the recorded CPU time of ARCSim."""
     rows = Rows(folder, "resolve", ("step", "threads"))
-    peers = steps.peers()
-    for step in sorted(peers, key=lambda name: peers[name]["arcsim_0_2_1"]["cpu_seconds"]):
-        point = peers[step]["arcsim_0_2_1"]
+    for step, point in _steps_of_arcsim().items():
         for count in thread_counts():
             if rows.has(step=step, threads=count):
                 continue
@@ -117,8 +139,12 @@ def _whole(folder, say):
             say(f"resolve: {step}, {count} threads: {cpu:.2f} CPU s, {len(runs)} runs")
 
 
-def _resolves(scene, options):
-    """(CPU seconds, seconds, result) of each run but a first one, which compiles."""
+def _resolves(scene: Scene, options: Options) -> list[tuple[float, float, Result]]:
+    """Resolve a step several times, first once to compile.
+
+    Returns:
+        CPU seconds, seconds of the clock, and the result of each run but the first one.
+    """
     runs, spent = [], 0.0
     while len(runs) <= REPEATS and (len(runs) < 2 or spent < ENOUGH_S):
         begin_cpu, begin = time.process_time(), time.perf_counter()
@@ -129,15 +155,14 @@ def _resolves(scene, options):
     return runs[1:]
 
 
-def _ablation(folder, say):
-    """Each rule switched off on its own, all in turn with none switched off."""
+def _ablation(folder: Path, say: Say) -> None:
+    """Time whole steps with each rule of the plan switched off alone, in turn with all rules on."""
     rows = Rows(folder, "ablation", ("step", "left_out"))
-    peers = steps.peers()
-    for step in sorted(peers, key=lambda name: peers[name]["arcsim_0_2_1"]["cpu_seconds"]):
+    for step in _steps_of_arcsim():
         if rows.has(step=step, left_out="closed-form"):
             continue
         scene = steps.load_step(step)
-        plans = {"": "needed", "everything": "everything"}
+        plans: dict[str, Any] = {"": "needed", "everything": "everything"}
         plans |= {rule: tuple(r for r in RULES if r != rule) for rule in RULES}
         begin = time.perf_counter()
         resolve(scene, THICKNESS_M)
@@ -167,13 +192,13 @@ def _ablation(folder, say):
         say(f"ablation: {step}, {repeats} runs each")
 
 
-def _cold(folder, say):
-    """New processes: with nothing compiled, and after that."""
+def _cold(folder: Path, say: Say) -> None:
+    """Time new processes: with nothing compiled, and with the compiled code on the disk."""
     rows = Rows(folder, "cold", ("what",))
     step = steps.FOLDER / f"{SMALL_STEP}.npz"
     run = [sys.executable, "-m", "izo_ref.app.cli", "resolve", str(step), "-o"]
     with tempfile.TemporaryDirectory() as cache:
-        # an installed package has its bytecode on the disk, whatever is set here
+        # an installed package has its bytecode on the disk, so the new processes may write theirs
         env = os.environ | {"XDG_CACHE_HOME": cache, "PYTHONDONTWRITEBYTECODE": ""}
         out = os.path.join(cache, "out.npz")
         calls = {
@@ -195,8 +220,8 @@ def _cold(folder, say):
             say(f"cold: {what}: {np.median(seconds):.2f} s")
 
 
-def _scale(folder, say):
-    """Sheets of up to a million triangles, on one thread and on two."""
+def _scale(folder: Path, say: Say) -> None:
+    """Time sheets of up to a million triangles, on one thread and on two."""
     rows = Rows(folder, "scale", ("size", "threads"))
     for count in thread_counts():
         missing = [size for size in SIZES if not rows.has(size=size, threads=count)]
@@ -205,12 +230,17 @@ def _scale(folder, say):
             say(f"scale: {row['size']}, {count} threads: {row.get('total_s')} s")
 
 
-def _in_turn(calls, repeats):
-    """{key: seconds of each call}, one after the other, `repeats` times.
+def _in_turn(calls: Mapping[Key, Callable[[], object]], repeats: int) -> dict[Key, list[float]]:
+    """Time all calls one after the other, and do so several times.
 
-    They were called before: the first call compiles, and does not count.
+    Args:
+        calls: `{key: call}`. Each was called before, since a first call compiles.
+        repeats: How often each call is timed.
+
+    Returns:
+        `{key: seconds of each call}`.
     """
-    seconds = {key: [] for key in calls}
+    seconds: dict[Key, list[float]] = {key: [] for key in calls}
     for _ in range(repeats):
         for key, call in calls.items():
             begin = time.perf_counter()
@@ -219,7 +249,8 @@ def _in_turn(calls, repeats):
     return seconds
 
 
-def _spread(seconds):
+def _spread(seconds: Sequence[float]) -> dict[str, float | int]:
+    """Return the median, the least, the most and the number of some times."""
     return {
         "median_s": float(np.median(seconds)),
         "least_s": float(min(seconds)),
@@ -228,7 +259,7 @@ def _spread(seconds):
     }
 
 
-PARTS = {
+PARTS: dict[str, Part] = {
     "detection": _detection,
     "resolve": _whole,
     "ablation": _ablation,

@@ -1,8 +1,13 @@
-"""Where step files are, and what they are."""
+"""Step files: where they are, and how they are read.
+
+A step file is a numpy archive. The folder is that of the environment variable IZO_DATA. If it does
+not exist, the scenes of the project take its place (`scenes/stored.py`).
+"""
 
 import json
 import os
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,11 +22,12 @@ STEP_ARRAYS = ("positions_t0", "positions_t1", "faces", "masses", "pinned")
 
 
 def available() -> bool:
+    """Return whether there is a folder of step files."""
     return FOLDER.is_dir()
 
 
-def load(name) -> dict:
-    """Read a step file, or a scene of the project."""
+def load(name: str) -> dict[str, Any]:
+    """Read all arrays of a file of the folder, or of a scene of the project."""
     if name in stored.names():
         return stored.load(name)
     with np.load(FOLDER / f"{name}.npz") as archive:
@@ -29,7 +35,7 @@ def load(name) -> dict:
 
 
 def step_names() -> list[str]:
-    """Name the files that hold a step; where there are none, the scenes of the project."""
+    """Name the files that hold a step; if there is no folder, the scenes of the project."""
     if not available():
         return stored.names("step")
     names = []
@@ -40,7 +46,19 @@ def step_names() -> list[str]:
     return names
 
 
-def load_step(name, **kwargs) -> Scene:
+def load_step(name: str, **kwargs: Any) -> Scene:
+    """Read a step.
+
+    Args:
+        name: Name of a step file or of a scene of the project.
+        **kwargs: Further arguments of `Scene`.
+
+    Returns:
+        The step.
+
+    Raises:
+        IzoError: The step is not valid, for example because it intersects at the start.
+    """
     arrays = load(name)
     return Scene(**{key: arrays[key] for key in STEP_ARRAYS if key in arrays}, **kwargs)
 
@@ -51,6 +69,7 @@ def load_zone(name: str) -> ZoneProblem:
     return ZoneProblem(proposed=arrays.pop("targets"), **arrays)
 
 
-def peers() -> dict:
+def peers() -> dict[str, Any]:
+    """Read what was recorded of other systems: `{step: facts}`; empty if there is no record."""
     path = FOLDER / "peers.json"
     return json.loads(path.read_text()) if path.is_file() else {}

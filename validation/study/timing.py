@@ -1,29 +1,37 @@
-"""Time of a call: a median of repeats, within a limit."""
+"""Time a call: the median of repeats, within a budget."""
 
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-SHORTEST_S = 2e-3  # in all: repeats of a call that takes microseconds go on until then
+Returned = TypeVar("Returned")
+
+SHORTEST_S = 2e-3  # a call of microseconds is repeated until its repeats took this long in all
 MOST_REPEATS = 200
 
 
-class Timing(NamedTuple):
-    result: object  # of the first call
-    first_s: float  # of the first call, with compiling if it compiles
-    seconds: float  # median of the calls after it; of the first if there are no others
+class Timing(NamedTuple, Generic[Returned]):
+    """Result and times of a call."""
+
+    result: Returned  # of the first call
+    first_s: float  # of the first call; it may compile
+    seconds: float  # median of the repeats; of the first call if there are none
     spent_s: float  # on all calls
 
 
-def measure(call, repeats, budget_s) -> Timing:
-    """Call once, and then again for the time.
+def measure(call: Callable[[], Returned], repeats: int, budget_s: float) -> Timing[Returned]:
+    """Call a function once, and then again to measure its time.
 
     Args:
-        call: without arguments; may raise.
-        repeats: at least, after the first call, as far as the budget allows.
-        budget_s: for the repeats; a first call that took longer is not repeated.
+        call: The function; what it raises is raised here.
+        repeats: Least number of calls after the first one, as far as the budget allows.
+        budget_s: Seconds for all calls. If the first call takes longer, it is not repeated.
+
+    Returns:
+        The result of the first call, and the times.
     """
     begin = time.perf_counter()
     result = call()
@@ -40,8 +48,8 @@ def measure(call, repeats, budget_s) -> Timing:
 
 
 @contextmanager
-def threads(count):
-    """Numba's threads inside the block; as many as before after it."""
+def threads(count: int) -> Iterator[None]:
+    """Set the number of numba's threads inside the block, and restore it afterwards."""
     import numba
 
     before = numba.get_num_threads()
@@ -53,7 +61,9 @@ def threads(count):
 
 
 def thread_counts() -> list[int]:
-    """Those that are timed: one, and two if there are two."""
+    """Return the numbers of threads that are timed: one, and two if the machine has two."""
     import numba
 
-    return [1, 2] if numba.config.NUMBA_NUM_THREADS >= 2 else [1]
+    # numba.config is made when numba is imported, which the type checker cannot see
+    most = numba.config.NUMBA_NUM_THREADS  # pyright: ignore
+    return [1, 2] if most >= 2 else [1]

@@ -1,21 +1,26 @@
-"""Sums, choices and orders of arrays that stay on the device; numpy does it on the processor."""
+"""Kernels for sums, choices and orders of arrays on a GPU; on the CPU numpy does it."""
+
+from typing import Any
 
 import numba
 from numba import cuda
 
+from izo_ref.base.arrays import AnyArray, Flags, Indices, Offsets
 from izo_ref.base.cuda.compile import THREADS, cuda_kernel, device_function
 
-# Values of a thread, and of a block of THREADS, where all of an array are taken together: many
-# arrays here are so short that one launch is all.
+# Where a kernel takes the values of an array together, a thread takes ITEMS of them, and a block of
+# THREADS threads takes a tile of TILE. Many arrays here are so short that one launch is enough.
 ITEMS = 8
 TILE = THREADS * ITEMS
-TILES = 4 * TILE  # keys and places, each twice
+TILES = 4 * TILE  # shared memory of `sort_tiles`: keys and places, each twice
+
+SUM, LARGEST, LEAST = range(3)  # operations of `reduce_tiles`
 
 
 @device_function
-def sum_so_far(own):
-    """Of the values of the threads of a block, up to this one's."""
-    # all threads of a block come to each barrier: those without a value add nothing
+def sum_so_far(own: int) -> int:
+    """Return the sum of the values of the threads of a block, from the first thread to this one."""
+    # Every thread of a block has to come to each barrier; threads without values add nothing.
     sums = cuda.shared.array(THREADS, numba.int64)
     k = cuda.threadIdx.x
     sums[k] = own
@@ -32,11 +37,12 @@ def sum_so_far(own):
 @cuda_kernel
 def scan_tiles(
     # In:
-    values,  # (n,) i8 or b1
+    values: AnyArray,  # (n,) i8 or b1
     # Out:
-    starts_out,  # (n + 1,) i8, sum of the values before each in its tile of TILE; 0 at first
-    totals_out,  # (n_tiles,) i8, of each tile
-):
+    starts_out: Offsets,  # (n + 1,) i8, sum of the values before each in its tile; 0 at first
+    totals_out: Indices,  # (n_tiles,) i8, sum of each tile
+) -> None:
+    """Sum the values before each value, tile by tile."""
     k, own = cuda.threadIdx.x, numba.int64(0)
     begin = cuda.blockIdx.x * TILE + k * ITEMS
     end = min(begin + ITEMS, values.shape[0])
@@ -56,11 +62,12 @@ def scan_tiles(
 @cuda_kernel
 def choose_in_tile(
     # In:
-    flags,  # (n,) b1, n is TILE at most
+    flags: Flags,  # (n,) b1, n is at most TILE
     # Out:
-    index_out,  # (>= n_chosen,) i8, where they are true, ascending
-    count_out,  # (1,) i8, n_chosen
-):
+    index_out: Indices,  # (>= n_chosen,) i8, where the flags are true, ascending
+    count_out: Indices,  # (1,) i8, n_chosen
+) -> None:
+    """Find and count the true flags of one tile."""
     k, own = cuda.threadIdx.x, numba.int64(0)
     begin, end = k * ITEMS, min((k + 1) * ITEMS, flags.shape[0])
     for i in range(begin, end):
@@ -78,10 +85,11 @@ def choose_in_tile(
 @cuda_kernel
 def add_tiles(
     # In:
-    before,  # (n_tiles + 1,) i8, sum of the tiles before each
+    before: Offsets,  # (n_tiles + 1,) i8, sum of the tiles before each
     # Out:
-    starts_out,  # (n + 1,) i8, of scan_tiles, becomes the sum of all values before each
-):
+    starts_out: Offsets,  # (n + 1,) i8, of `scan_tiles`; becomes the sum of all values before each
+) -> None:
+    """Add the sum of the tiles before to the sums within each tile."""
     i = cuda.grid(1)
     if i < starts_out.shape[0] - 1:
         starts_out[i + 1] += before[i // TILE]
@@ -90,20 +98,21 @@ def add_tiles(
 @cuda_kernel
 def gather_chosen(
     # In:
-    starts,  # (n + 1,) i8, how many are chosen before each
+    starts: Offsets,  # (n + 1,) i8, how many values before each are chosen
     # Out:
-    index_out,  # (n_chosen,) i8, those chosen, ascending
-):
+    index_out: Indices,  # (n_chosen,) i8, ascending
+) -> None:
+    """Write the indices of the chosen values."""
     i = cuda.grid(1)
     if i < starts.shape[0] - 1 and starts[i + 1] > starts[i]:
         index_out[starts[i]] = i
 
 
 @device_function
-def place_in_merge(keys, width, i):
-    """Where key i comes when each run of `width` that is in order is merged with the next."""
+def place_in_merge(keys: AnyArray, width: int, i: int) -> int:
+    """Return the place of key i when each sorted run of `width` keys is merged with the next."""
     run = i // width
-    beside = run ^ 1  # the other run that it is merged with
+    beside = run ^ 1  # the other run, with which it is merged
     key = keys[i]
     low = min(beside * width, keys.shape[0])
     begin, end = low, min(low + width, keys.shape[0])
@@ -119,11 +128,12 @@ def place_in_merge(keys, width, i):
 @cuda_kernel
 def sort_tiles(
     # In:
-    keys,  # (n,) i8
+    keys: Indices,  # (n,) i8
     # Out:
-    keys_out,  # (n,) i8, each tile of TILE in order, equal keys as they were
-    places_out,  # (n,) i8, where each was
-):
+    keys_out: Indices,  # (n,) i8, each tile sorted; equal keys keep their order
+    places_out: Indices,  # (n,) i8, where each key was
+) -> None:
+    """Sort each tile by merging its runs in shared memory."""
     begin, k = cuda.blockIdx.x * TILE, cuda.threadIdx.x
     n = min(keys.shape[0] - begin, TILE)
     shared = cuda.shared.array(TILES, numba.int64)
@@ -146,13 +156,14 @@ def sort_tiles(
 @cuda_kernel
 def merge_runs(
     # In:
-    width,  # i8, runs of so many, from the first on, are in order
-    keys,  # (n,) i8
-    places,  # (n,) i8
+    width: int,  # i8, runs of this many keys, from the first key on, are sorted
+    keys: Indices,  # (n,) i8
+    places: Indices,  # (n,) i8
     # Out:
-    keys_out,  # (n,) i8, runs of twice as many are in order, equal keys as they were
-    places_out,  # (n,) i8, as the keys
-):
+    keys_out: Indices,  # (n,) i8, sorted in runs twice as long; equal keys keep their order
+    places_out: Indices,  # (n,) i8, moved with the keys
+) -> None:
+    """Merge each sorted run with the next."""
     i = cuda.grid(1)
     if i < keys.shape[0]:
         at = place_in_merge(keys, width, i)
@@ -162,11 +173,12 @@ def merge_runs(
 @cuda_kernel
 def take_rows(
     # In:
-    values,  # (n, k) i4 or f8 or i8 or b1 or i1
-    index,  # (m,) i8
+    values: AnyArray,  # (n, k) i4 or f8 or i8 or b1 or i1
+    index: Indices,  # (m,) i8
     # Out:
-    rows_out,  # (m, k) i4 or f8 or i8 or b1 or i1
-):
+    rows_out: AnyArray,  # (m, k) i4 or f8 or i8 or b1 or i1
+) -> None:
+    """Copy the rows of an index."""
     i = cuda.grid(1)
     if i < index.shape[0]:
         for k in range(values.shape[1]):
@@ -176,10 +188,11 @@ def take_rows(
 @cuda_kernel
 def count_up(
     # In:
-    first,  # i8
+    first: int,  # i8
     # Out:
-    numbers_out,  # (n,) i8, first, first + 1, ...
-):
+    numbers_out: Indices,  # (n,) i8
+) -> None:
+    """Write first, first + 1, ..."""
     i = cuda.grid(1)
     if i < numbers_out.shape[0]:
         numbers_out[i] = first + i
@@ -188,21 +201,19 @@ def count_up(
 @cuda_kernel
 def fill(
     # In:
-    value,  # f8 or f4 or i8 or b1 or i1
+    value: Any,  # f8 or f4 or i8 or b1 or i1
     # Out:
-    values_out,  # (n,) f8 or f4 or i8 or b1 or i1
-):
+    values_out: AnyArray,  # (n,) f8 or f4 or i8 or b1 or i1
+) -> None:
+    """Write one value everywhere."""
     i = cuda.grid(1)
     if i < values_out.shape[0]:
         values_out[i] = value
 
 
-SUM, LARGEST, LEAST = range(3)
-
-
 @device_function
-def combined(operation, a, b):
-    """Of two."""
+def combined(operation: int, a: Any, b: Any) -> Any:
+    """Combine two values by SUM, LARGEST or LEAST."""
     if operation == SUM:
         return a + b
     return max(a, b) if operation == LARGEST else min(a, b)
@@ -211,26 +222,27 @@ def combined(operation, a, b):
 @cuda_kernel
 def reduce_tiles(
     # In:
-    values,  # (n, k) i8 or f8
-    column,  # i8
-    operation,  # i8, SUM, LARGEST or LEAST
+    values: AnyArray,  # (n, k) i8 or f8
+    column: int,  # i8
+    operation: int,  # i8, SUM, LARGEST or LEAST
     # Out:
-    results_out,  # (n_tiles,) i8 or f8, of each tile of TILE
-):
+    results_out: AnyArray,  # (n_tiles,) i8 or f8
+) -> None:
+    """Combine the values of one column, tile by tile."""
     begin, k = cuda.blockIdx.x * TILE, cuda.threadIdx.x
     n_values = min(values.shape[0] - begin, TILE)
-    # all threads of a block come to each barrier
-    part = cuda.shared.array(THREADS, values.dtype)
+    # every thread of a block has to come to each barrier
+    partial = cuda.shared.array(THREADS, values.dtype)
     n = min(n_values, cuda.blockDim.x)
     if k < n:
-        part[k] = values[begin + k, column]
+        partial[k] = values[begin + k, column]
         for i in range(k + cuda.blockDim.x, n_values, cuda.blockDim.x):
-            part[k] = combined(operation, part[k], values[begin + i, column])
+            partial[k] = combined(operation, partial[k], values[begin + i, column])
     while n > 1:
         cuda.syncthreads()
         half = (n + 1) // 2
         if k + half < n:
-            part[k] = combined(operation, part[k], part[k + half])
+            partial[k] = combined(operation, partial[k], partial[k + half])
         n = half
     if k == 0:
-        results_out[cuda.blockIdx.x] = part[0]
+        results_out[cuda.blockIdx.x] = partial[0]

@@ -1,49 +1,61 @@
-"""The threads of a block, or of all blocks of a launch, as a team (`base/serial/thread_group.py`).
+"""The threads of a block, or of all blocks of a launch, as a thread group.
 
-A block has its sums and maxima in shared memory. Each of the first WARP threads takes every
-WARPth part, then all take the results of those in their order: the same from run to run, for
-blocks of the same size. Parts of the next sum are written after all have read those of this one,
-and results after all have read the parts.
+`base/serial/thread_group.py` says what a thread group is. Here each thread holds a *part* of a sum
+or maximum.
 
-Several blocks have those of each in the device's memory, and then each block sums them as it
-does its threads'. They wait for each other once a sum: parts of the next are written beside
-those of this one, which others may still read, and those of the one after come after the next
-wait. All blocks have to run at the same time, which a launch with a wait of the grid sees to.
+The threads of a block put their parts into shared memory. Each of the first WARP threads combines
+every WARPth part; then all threads combine these results in the same order. So sums are the same
+from run to run, for blocks of the same size. The waits keep this apart from the next sum: the next
+parts are written after all threads have read the parts of this one, and the next results after all
+threads have read the results of this one.
+
+With several blocks, each block puts the sums of its threads into the memory of the GPU, and then
+each block combines the sums of all blocks as it combines the parts of its threads. Blocks wait for
+each other once a sum. That is enough, because a sum alternates between two places: the parts of the
+next sum go to the other place, while other blocks may still read the parts of this one, and the sum
+after the next one comes after another wait. All blocks have to run at the same time; a launch with
+a wait for the grid makes sure of that.
 """
+
+from typing import Any
 
 import numba
 from numba import cuda
 
+from izo_ref.base.arrays import Floats
 from izo_ref.base.cuda.compile import device_function
 from izo_ref.base.serial.thread_group import ThreadGroup
 
 WARP = 32
-PARTS = 7  # numbers of each block: the place of its last parts, and two places of three
+PARTS = 7  # numbers of each block: its current place, and two places for three parts each
 
 
-def shared_bytes(n_threads):
-    """Shared memory of a block: three parts of each thread, and three results of WARP of them."""
+def shared_bytes(n_threads: int) -> int:
+    """Return the shared memory of a block [bytes].
+
+    It holds three parts of each thread, and three results of each of WARP threads.
+    """
     return 8 * 3 * (n_threads + WARP)
 
 
 @device_function
-def _rank():
+def _rank() -> int:
     return cuda.threadIdx.x
 
 
 @device_function
-def _size():
+def _size() -> int:
     return cuda.blockDim.x
 
 
 @device_function
-def _wait():
+def _wait() -> None:
     cuda.syncthreads()
 
 
 @device_function
-def _sums(_parts, a, b, c):
-    shared = cuda.shared.array(0, numba.float64)  # as large as the launch says
+def _sums(_parts: Any, a: float, b: float, c: float) -> tuple[float, float, float]:
+    shared = cuda.shared.array(0, numba.float64)  # the launch says how large it is
     k, n = cuda.threadIdx.x, cuda.blockDim.x
     at, results = 3 * k, 3 * n
     shared[at], shared[at + 1], shared[at + 2] = a, b, c
@@ -66,7 +78,7 @@ def _sums(_parts, a, b, c):
 
 
 @device_function
-def _maxima(_parts, a, b):
+def _maxima(_parts: Any, a: float, b: float) -> tuple[float, float]:
     shared = cuda.shared.array(0, numba.float64)
     k, n = cuda.threadIdx.x, cuda.blockDim.x
     at, results = 3 * k, 3 * n
@@ -78,7 +90,7 @@ def _maxima(_parts, a, b):
         at += results
         shared[at], shared[at + 1] = a, b
     cuda.syncthreads()
-    # all from the same one on: with NaN the order counts
+    # all threads start with the same result, because with NaN the order matters
     a, b = shared[results], shared[results + 1]
     for part in range(results + 3, results + 3 * min(n, WARP), 3):
         a, b = max(a, shared[part]), max(b, shared[part + 1])
@@ -86,39 +98,39 @@ def _maxima(_parts, a, b):
 
 
 @device_function
-def block():
-    """The team of a block."""
+def block() -> ThreadGroup:
+    """Return the thread group of a block."""
     return ThreadGroup(_rank, _size, _wait, _sums, _maxima, None)
 
 
 @device_function
-def _rank_in_grid():
+def _rank_in_grid() -> int:
     return cuda.blockIdx.x * cuda.blockDim.x + cuda.threadIdx.x
 
 
 @device_function
-def _size_of_grid():
+def _size_of_grid() -> int:
     return cuda.gridDim.x * cuda.blockDim.x
 
 
 @device_function
-def _wait_for_grid():
+def _wait_for_grid() -> None:
     cuda.cg.this_grid().sync()
 
 
 @device_function
-def _place(parts):
-    """Where the parts of this sum are: 1 or 4, and of the next the other."""
+def _place(parts: Floats) -> int:
+    """Return the place of the parts of this sum: 1 or 4; the next sum uses the other one."""
     own = parts[cuda.blockIdx.x]
     place = 4 if own[0] == 1.0 else 1
-    cuda.syncthreads()  # all have read
+    cuda.syncthreads()  # all threads have read the place
     if cuda.threadIdx.x == 0:
         own[0] = place
     return place
 
 
 @device_function
-def _sums_of_grid(parts, a, b, c):
+def _sums_of_grid(parts: Floats, a: float, b: float, c: float) -> tuple[float, float, float]:
     k, place = cuda.blockIdx.x, _place(parts)
     a, b, c = _sums(None, a, b, c)
     if cuda.threadIdx.x == 0:
@@ -133,13 +145,13 @@ def _sums_of_grid(parts, a, b, c):
 
 
 @device_function
-def _maxima_of_grid(parts, a, b):
+def _maxima_of_grid(parts: Floats, a: float, b: float) -> tuple[float, float]:
     k, place = cuda.blockIdx.x, _place(parts)
     a, b = _maxima(None, a, b)
     if cuda.threadIdx.x == 0:
         parts[k, place], parts[k, place + 1] = a, b
     cuda.cg.this_grid().sync()
-    # of the first, so that a NaN is none of those that are not there
+    # start from block 0, so that a NaN never comes from a block that does not exist
     a, b = parts[0, place], parts[0, place + 1]
     for k in range(cuda.threadIdx.x, cuda.gridDim.x, cuda.blockDim.x):
         a, b = max(a, parts[k, place]), max(b, parts[k, place + 1])
@@ -147,8 +159,12 @@ def _maxima_of_grid(parts, a, b):
 
 
 @device_function
-def grid(parts):
-    """The team of all blocks of a launch; parts: (n_blocks, PARTS) f8, zeros at first."""
+def grid(parts: Floats) -> ThreadGroup:
+    """Return the thread group of all blocks of a launch.
+
+    Args:
+        parts: (n_blocks, PARTS) f8, work space in the memory of the GPU, zeros at first.
+    """
     return ThreadGroup(
         _rank_in_grid, _size_of_grid, _wait_for_grid, _sums_of_grid, _maxima_of_grid, parts
     )

@@ -1,9 +1,10 @@
-"""Who works on a zone: one thread, or the threads of one or several blocks of a device.
+"""Thread groups: one thread, or the threads of one or several blocks of a GPU, that share a zone.
 
-Loops over a zone's unknowns or rows go from `team.rank()` in steps of `team.size()`: whoever
-writes an entry is the only one that writes it, and may read it at once. What others wrote may be
-read after a `wait`, a sum or a maximum, which are waits too; all come to each of them, and all get
-the same result, so all take the same branches.
+Code that is written for a thread group loops over the unknowns or constraints of a zone from
+`group.rank()` in steps of `group.size()`. Only one thread writes an entry, and that thread may read
+the entry at once. Other threads may read the entry after the next `wait`, sum or maximum: sums and
+maxima are waits, too. Every thread of the group has to call each of them. All threads get the same
+result, so they all take the same branches.
 """
 
 from typing import Any, NamedTuple
@@ -16,65 +17,73 @@ from izo_ref.base.compile import compiled
 
 
 class ThreadGroup(NamedTuple):
-    """Functions; known when the code that calls them is compiled, so that one costs nothing."""
+    """The functions of a thread group.
 
-    rank: Any  # () -> own number, from 0
-    size: Any  # () -> how many they are
-    wait: Any  # () -> once all have come here
-    sums: Any  # (parts, a, b, c) -> sums over all
-    maxima: Any  # (parts, a, b) -> maxima over all
-    parts: Any  # work space of these two, where several blocks need it
+    They are known when the code that calls them is compiled. So a group of one thread costs
+    nothing.
+    """
+
+    rank: Any  # () -> the number of this thread, from 0
+    size: Any  # () -> the number of threads
+    wait: Any  # () -> None, when all threads have come here
+    sums: Any  # (parts, a, b, c) -> three sums over all threads
+    maxima: Any  # (parts, a, b) -> two maxima over all threads
+    parts: Any  # work space of `sums` and `maxima`, where several blocks need it; else None
 
 
 @compiled
-def group_sum(group, a):
-    """Sum over all."""
+def group_sum(group: ThreadGroup, a: float) -> float:
+    """Return the sum of a number over all threads of a group."""
     return group.sums(group.parts, a, 0.0, 0.0)[0]
 
 
 @compiled
-def group_sums(group, a, b, c):
-    """Sums over all."""
+def group_sums(group: ThreadGroup, a: float, b: float, c: float) -> tuple[float, float, float]:
+    """Return the sums of three numbers over all threads of a group."""
     return group.sums(group.parts, a, b, c)
 
 
 @compiled
-def group_maxima(group, a, b):
-    """Maxima over all."""
+def group_maxima(group: ThreadGroup, a: float, b: float) -> tuple[float, float]:
+    """Return the maxima of two numbers over all threads of a group."""
     return group.maxima(group.parts, a, b)
 
 
 @compiled
-def _first():
+def _first_rank() -> int:
     return 0
 
 
 @compiled
-def _one():
+def _size_of_one() -> int:
     return 1
 
 
 @compiled
-def _at_once():
+def _no_wait() -> None:
     pass
 
 
 @compiled
-def _own_three(_parts, a, b, c):
+def _own_sums(_parts: Any, a: float, b: float, c: float) -> tuple[float, float, float]:
     return a, b, c
 
 
 @compiled
-def _own_two(_parts, a, b):
+def _own_maxima(_parts: Any, a: float, b: float) -> tuple[float, float]:
     return a, b
 
 
-ALONE = ThreadGroup(_first, _one, _at_once, _own_three, _own_two, None)
+ALONE = ThreadGroup(_first_rank, _size_of_one, _no_wait, _own_sums, _own_maxima, None)
 
 
 @intrinsic
 def _alone_compiled(context):
-    """ALONE; as a constant it would be addresses of this process, which none keeps on disk."""
+    """Return ALONE in compiled code.
+
+    As a constant, ALONE would be addresses of this process, and the compiled code could not be kept
+    on the disk.
+    """
     group = types.NamedTuple([typeof(function) for function in ALONE], ThreadGroup)
 
     def build(context, builder, signature, arguments):
@@ -83,9 +92,9 @@ def _alone_compiled(context):
     return group(), build
 
 
-def _alone_in_python():
+def _alone_in_python() -> ThreadGroup:
     return ALONE
 
 
-# the team of one thread, for a kernel
+# () -> the group of one thread; kernels of the CPU call it
 alone = _alone_in_python if config.DISABLE_JIT else _alone_compiled

@@ -1,19 +1,22 @@
-"""A matrix in memory that is flat, for the processor and for a device.
+"""A view of flat memory as a matrix, for the CPU and for a GPU.
 
-numba's own `reshape` calls a C function, which a device has not.
+numba's own `reshape` calls a C function, and a GPU does not have it.
 """
 
 from numba import types
 from numba.core import cgutils, config
 from numba.extending import intrinsic
 
+from izo_ref.base.arrays import AnyArray
 
-def _matrix_in_python(flat, rows, columns):
+
+def _matrix_in_python(flat: AnyArray, rows: int, columns: int) -> AnyArray:
     return flat[: rows * columns].reshape(rows, columns)
 
 
 @intrinsic
 def _matrix_compiled(context, flat, rows, columns):
+    """Return the view in compiled code: the same memory, with two sizes and two strides."""
     matrix = types.Array(flat.dtype, 2, "C")
 
     def build(context, builder, signature, arguments):
@@ -37,5 +40,6 @@ def _matrix_compiled(context, flat, rows, columns):
     return matrix(flat, rows, columns), build
 
 
-# (rows, columns) view of the first numbers of (n,), contiguous, n >= rows * columns
+# (flat, rows, columns) -> a (rows, columns) view of the first numbers of a contiguous flat array
+# (n,), n >= rows * columns
 matrix_of = _matrix_in_python if config.DISABLE_JIT else _matrix_compiled

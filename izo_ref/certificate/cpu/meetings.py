@@ -18,7 +18,7 @@ def decide_meetings(
     toi: Times,  # (n_pairs,) f8, time until which the pair is proved apart
     # Out:
     meets_out: Flags,  # (n_pairs,) b1, True if the pair meets, False if that is not certain
-):
+) -> None:
     """Decide which pairs certainly meet, near their time of impact."""
     for i in prange(nodes.shape[0]):
         a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))

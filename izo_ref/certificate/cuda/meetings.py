@@ -21,7 +21,7 @@ def decide_meetings(
     toi: Times,  # (n_pairs,) f8, time until which the pair is proved apart
     # Out:
     meets_out: Flags,  # (n_pairs,) b1, True if the pair meets, False if that is not certain
-):
+) -> None:
     """Decide which pairs certainly meet, near their time of impact."""
     i = cuda.grid(1)
     if i < nodes.shape[0]:

@@ -28,7 +28,7 @@ def find_pairs(
     # Out:
     counts_out: Indices,  # (n,) i8, pairs of each chunk, also those without room
     pairs_out: Ints,  # (starts[n], 2) i4, places of the elements of each pair
-):
+) -> None:
     """Find the pairs of some chunks of queries whose moving boxes meet a leaf's."""
     for k in prange(chunks.shape[0]):
         first = BLOCKS * chunks[k]
@@ -58,7 +58,7 @@ def find_contacts(
     index_out: Indices,  # (n_pairs,) i8, the pair of each contact; chunk c writes from CHUNK * c on
     toi_out: Times,  # (n_pairs,) f8, time until which the contact is proved apart
     directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
-):
+) -> None:
     """Find the contacts among the pairs of some chunks: those that are not proved apart."""
     for k in prange(chunks.shape[0]):
         c = chunks[k]
@@ -89,7 +89,7 @@ def gather_contact_nodes(
     # Out:
     keys_out: Indices,  # (n_pairs,) i8, to sort the pairs by their elements
     nodes_out: Nodes,  # (n_pairs, 4) i4, vertex then face, or edge then edge
-):
+) -> None:
     """Write the sort key and the vertices of each pair."""
     for i in prange(pairs.shape[0]):
         a, b = pairs[i, 0], pairs[i, 1]
@@ -108,7 +108,7 @@ def find_crossings(
     positions: Positions,  # (n_vertices, 3) f8  [m]
     # Out:
     statuses_out: Codes,  # (n_pairs,) i1, statuses of detection/formulas/advance.py
-):
+) -> None:
     """Decide whether edges cross faces at rest, where floats can tell."""
     for chunk in prange((pairs.shape[0] + CHUNK - 1) // CHUNK):
         first = CHUNK * chunk

@@ -20,7 +20,7 @@ def compute_impact_frames(
     # Out:
     weights_out: Weights,  # (n_impacts, 4) f8
     normals_out: Normals,  # (n_impacts, 3) f8
-):
+) -> None:
     """Compute the frame of each impact at its time of impact."""
     for i in prange(nodes.shape[0]):
         a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
@@ -43,7 +43,7 @@ def compute_closest_frames(
     # Out:
     weights_out: Weights,  # (n_impacts, 4) f8
     normals_out: Normals,  # (n_impacts, 3) f8
-):
+) -> None:
     """Compute the frame of each pair at its closest points."""
     for i in prange(nodes.shape[0]):
         q1, q2, q3 = relative_nodes(positions, row4(nodes, i))

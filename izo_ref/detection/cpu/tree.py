@@ -24,7 +24,7 @@ def compute_vertex_boxes(
     scale: float,  # f8  [1/m], a power of two
     # Out:
     boxes_out: AnyFloats,  # (n_vertices, 9) f4, start, lowest end, highest end; without unit
-):
+) -> None:
     """Compute the start and the box of the end of each vertex."""
     for i in prange(positions_t0.shape[0]):
         vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out)
@@ -39,7 +39,7 @@ def compute_morton_codes(
     cells_per_m: float,  # f8  [1/m], 2^21 cells over the widest extent
     # Out:
     codes_out: Indices,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
-):
+) -> None:
     """Compute the Morton code of each element."""
     for i in prange(nodes.shape[0]):
         codes_out[i] = morton_code(i, positions, nodes, origin, cells_per_m)
@@ -52,7 +52,7 @@ def flag_moved_lanes(
     nodes: Ints,  # (n_elements, k) i4
     # Out:
     lanes_out: Bits,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
-):
+) -> None:
     """Mark the elements that have a moved vertex."""
     for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
         lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
@@ -66,7 +66,7 @@ def fit_element_blocks(
     lanes: Bits,  # (>= n_blocks,) u1
     # Out:
     blocks_out: AnyFloats,  # (>= n_blocks, ROWS, WIDTH) f4, written where a lane is marked
-):
+) -> None:
     """Fit the boxes of the elements in blocks with a marked lane."""
     for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
         if lanes[block] != 0:
@@ -81,7 +81,7 @@ def fit_parent_blocks(
     # Out:
     lanes_out: Bits,  # (m,) u1
     blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4
-):
+) -> None:
     """Fit the marked lanes of the level above."""
     for parent in prange((end - first + WIDTH - 1) // WIDTH):
         parent_block(parent, first, end, False, lanes_out, blocks_out)

@@ -28,7 +28,7 @@ def find_pairs(
     # Out:
     counts_out: Indices,  # (n,) i8, pairs of each chunk, also those without room
     pairs_out: Ints,  # (starts[n], 2) i4, places of the elements of each pair
-):
+) -> None:
     """Find the pairs of some chunks of queries whose moving boxes meet a leaf's."""
     k = cuda.grid(1)
     if k < chunks.shape[0]:
@@ -54,7 +54,7 @@ def find_contacts(
     index_out: Indices,  # (n_pairs,) i8, the pair of each contact; chunk c writes from CHUNK * c on
     toi_out: Times,  # (n_pairs,) f8, time until which the contact is proved apart
     directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
-):
+) -> None:
     """Find the contacts among the pairs of some chunks: those that are not proved apart."""
     k = cuda.grid(1)
     if k < chunks.shape[0]:
@@ -90,7 +90,7 @@ def gather_contacts(
     is_edge_edge_out: Flags,  # (n,) b1
     toi_out: Times,  # (n,) f8
     directions_out: Floats,  # (n, 3) f8
-):
+) -> None:
     """Gather the keys, vertices, kinds, times and directions of the contacts."""
     i = cuda.grid(1)
     if i < index.shape[0]:

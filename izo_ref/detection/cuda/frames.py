@@ -27,7 +27,7 @@ def gather_impacts(
     toi_out: Times,  # (n,) f8
     weights_out: Weights,  # (n, 4) f8
     normals_out: Normals,  # (n, 3) f8
-):
+) -> None:
     """Gather the impacts among the contacts, and compute their frames."""
     i = cuda.grid(1)
     if i < index.shape[0]:
@@ -53,7 +53,7 @@ def compute_closest_frames(
     # Out:
     weights_out: Weights,  # (n_impacts, 4) f8
     normals_out: Normals,  # (n_impacts, 3) f8
-):
+) -> None:
     """Compute the frame of each pair at its closest points."""
     i = cuda.grid(1)
     if i < nodes.shape[0]:

@@ -18,7 +18,7 @@ def flag_moved_vertices(
     positions_t1: Positions,  # (n_vertices, 3) f8  [m]
     # Out:
     moved_out: Flags,  # (n_vertices,) b1, the two positions differ
-):
+) -> None:
     """Flag the vertices that move."""
     i = cuda.grid(1)
     if i < moved_out.shape[0]:
@@ -34,7 +34,7 @@ def flag_kept_contacts(
     excluded: Indices,  # (m,) i8, keys of the pairs to ignore, ascending
     # Out:
     kept_out: Flags,  # (n,) b1, has a moved vertex and is not excluded
-):
+) -> None:
     """Flag the contacts that are impacts."""
     i = cuda.grid(1)
     if i < keys.shape[0]:
@@ -49,7 +49,7 @@ def flag_contacts(
     tallies: Indices,  # (n, 3) i8, of find_contacts
     # Out:
     touching_out: Flags,  # (n,) b1, the pair counts as a contact
-):
+) -> None:
     """Flag the pairs that `find_contacts` did not prove apart."""
     i = cuda.grid(1)
     if i < tallies.shape[0]:

@@ -31,7 +31,7 @@ def compute_morton_codes(
     cells_per_m: float,  # f8  [1/m], 2^21 cells over the widest extent
     # Out:
     codes_out: Indices,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
-):
+) -> None:
     """Compute the Morton code of each element."""
     i = cuda.grid(1)
     if i < nodes.shape[0]:
@@ -48,7 +48,7 @@ def compute_path_boxes(
     # Out:
     boxes_out: AnyFloats,  # (n_vertices, 9) f4, start, lowest end, highest end; without unit
     moved_out: Flags,  # (n_vertices,) b1, start and end differ
-):
+) -> None:
     """Compute the start and the end of each vertex in the coordinates of boxes."""
     i = cuda.grid(1)
     if i < positions_t0.shape[0]:
@@ -71,7 +71,7 @@ def fit_element_boxes(
     vertices_out: Tree,  # Tree, boxes of the elements, and marks of those with a moved vertex
     edges_out: Tree,  # Tree
     faces_out: Tree,  # Tree
-):
+) -> None:
     """Fit the boxes of all elements of three trees, and mark the elements that moved."""
     tree, block = block_of_trees(cuda.grid(1), 0, vertices_out, edges_out, faces_out)
     if block >= 0:
@@ -87,7 +87,7 @@ def fit_parent_boxes(
     vertices_out: Tree,  # Tree, boxes and marks of the blocks of the level
     edges_out: Tree,  # Tree
     faces_out: Tree,  # Tree
-):
+) -> None:
     """Fit the boxes of one level of three trees, and pass the marks up."""
     tree, parent = block_of_trees(cuda.grid(1), level, vertices_out, edges_out, faces_out)
     if parent >= 0:

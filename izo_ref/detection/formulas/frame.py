@@ -2,7 +2,7 @@
 
 A pair is given by q1, q2, q3, nodes 1 to 3 relative to node 0.
 
-Source: SPEC section 1, page equations 2 and 3.
+Source: docs/method section 1, page equations 2 and 3.
 """
 
 from izo_ref.base.arrays import Vec3, Vec4
@@ -111,7 +111,7 @@ def closest_frame(is_edge_edge: bool, q1: Vec3, q2: Vec3, q3: Vec3) -> tuple[Vec
     At the end of a free path the sides have not passed through each other, so the vector between
     the closest points has the right sign.
 
-    Source: SPEC section 6.
+    Source: docs/method section 6.
     """
     weights = pair_weights(is_edge_edge, q1, q2, q3)
     return weights, unit3(weighted_sum(weights, q1, q2, q3))

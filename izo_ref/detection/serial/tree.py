@@ -102,7 +102,7 @@ def lanes_to_enter(
     levels: Offsets,
 ) -> AnyInt:
     """Return a mask of the lanes of a block in or below which the box may meet a wanted element."""
-    at = levels[level] + block
+    at: AnyInt = levels[level] + block
     mask = meeting_lanes(box, blocks, at)
     if not is_marked:
         mask &= lanes[at]

@@ -27,7 +27,7 @@ def compute_objective_terms(
     masses: Masses,  # (n_vertices,) f8  [kg], 0 for pinned vertices
     # Out:
     terms_out: Floats,  # (n_vertices,) f8  [kg m^2]
-):
+) -> None:
     """Compute m |x - y|^2 of each vertex."""
     i = cuda.grid(1)
     if i < terms_out.shape[0]:
@@ -46,7 +46,7 @@ def flag_impacts_to_solve(
     pinned: Flags,  # (n_vertices,) b1
     # Out:
     kept_out: Flags,  # (n_impacts,) b1
-):
+) -> None:
     """Mark the impacts that are not between pinned points."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
@@ -60,7 +60,7 @@ def flag_hopeful_impacts(
     stuck: Flags,  # (n_vertices,) b1
     # Out:
     hopeful_out: Flags,  # (n_impacts,) b1
-):
+) -> None:
     """Mark the impacts without a vertex of a zone that no positions satisfy."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
@@ -74,7 +74,7 @@ def flag_positive(
     values: Floats,  # (n,) f8
     # Out:
     positive_out: Flags,  # (n,) b1
-):
+) -> None:
     """Mark the positive values."""
     i = cuda.grid(1)
     if i < values.shape[0]:
@@ -89,7 +89,7 @@ def flag_changed_zones(
     first_new: int,  # i8
     # Out:
     changed_out: Flags,  # (n_zones,) b1
-):
+) -> None:
     """Mark the zones that have the impact `first_new` or a later one."""
     zone = cuda.grid(1)
     if zone < changed_out.shape[0]:
@@ -104,7 +104,7 @@ def flag_stuck_zones(
     stuck: Flags,  # (n_vertices,) b1
     # Out:
     stuck_out: Flags,  # (n_zones,) b1, false before; becomes true where a vertex is stuck
-):
+) -> None:
     """Mark the zones that have a stuck vertex."""
     i = cuda.grid(1)
     if i < vertices.shape[0] and stuck[vertices[i]]:
@@ -119,7 +119,7 @@ def spread_stuck(
     zone_stuck: Flags,  # (n_zones,) b1
     # Out:
     stuck_out: Flags,  # (n_vertices,) b1, becomes true for all vertices of stuck zones
-):
+) -> None:
     """Mark all vertices of stuck zones as stuck."""
     i = cuda.grid(1)
     if i < vertices.shape[0] and zone_stuck[zone_of[i]]:
@@ -133,7 +133,7 @@ def flag_zones_to_solve(
     stuck: Flags,  # (n_zones,) b1
     # Out:
     chosen_out: Flags,  # (n_zones,) b1
-):
+) -> None:
     """Mark the zones that changed and are not stuck."""
     zone = cuda.grid(1)
     if zone < changed.shape[0]:
@@ -146,7 +146,7 @@ def number_vertices(
     vertices: Indices,  # (n,) i8, each once
     # Out:
     places_out: Ints,  # (n_vertices,) i4, entries of other vertices are not written
-):
+) -> None:
     """Write the place of each vertex in a list of vertices."""
     i = cuda.grid(1)
     if i < vertices.shape[0]:
@@ -159,7 +159,7 @@ def number_unknowns(
     places: Ints,  # (n_vertices,) i4
     # Out:
     unknowns_out: Ints,  # (n_impacts, 4) i4, vertices before, places after; -1 stays
-):
+) -> None:
     """Replace vertices by their places."""
     j = cuda.grid(1)
     if j < unknowns_out.shape[0]:
@@ -175,7 +175,7 @@ def fail_hopeless(
     zone_of: Indices,  # (n_impacts,) i8
     # Out:
     solved_out: Flags,  # (n_zones,) b1, becomes false where an impact is hopeless
-):
+) -> None:
     """Mark the zones with a hopeless impact as not solved."""
     j = cuda.grid(1)
     if j < hopeless.shape[0] and hopeless[j]:
@@ -193,7 +193,7 @@ def move_vertices(
     z: Floats,  # (3 n,) f8  [m kg^1/2]
     # Out:
     positions_out: Positions,  # (n_vertices, 3) f8  [m], entries of other vertices stay
-):
+) -> None:
     """Move the vertices of solved zones to their solution."""
     i = cuda.grid(1)
     if i < vertices.shape[0] and solved[zone_of[i]]:
@@ -214,7 +214,7 @@ def keep_multipliers(
     # Out:
     multipliers_out: Multipliers,  # (n_impacts,) f8  [kg], entries of other impacts stay
     active_out: Flags,  # (n_impacts,) b1, entries of other impacts stay
-):
+) -> None:
     """Keep the multipliers of solved zones, scaled back to the impacts."""
     i = cuda.grid(1)
     if i < impacts.shape[0] and solved[zone_of[i]]:
@@ -229,7 +229,7 @@ def put_rows(
     rows: AnyArray,  # (m, k) f8 or b1
     # Out:
     values_out: AnyArray,  # (n, k) f8 or b1
-):
+) -> None:
     """Write rows to the places of an index."""
     i = cuda.grid(1)
     if i < index.shape[0]:
@@ -243,7 +243,7 @@ def negate_flags(
     flags: Flags,  # (n,) b1
     # Out:
     opposite_out: Flags,  # (n,) b1
-):
+) -> None:
     """Write the opposite of each flag."""
     i = cuda.grid(1)
     if i < flags.shape[0]:

@@ -5,7 +5,8 @@ from numba import prange
 from izo_ref.base.arrays import AnyFloats, AnyInts, Floats, Indices, Ints, Offsets
 from izo_ref.base.compile import cpu_kernel
 from izo_ref.base.serial.thread_group import alone
-from izo_ref.solvers.serial.descent import Settings, minimise_zone
+from izo_ref.solvers.serial.descent import minimise_zone
+from izo_ref.solvers.serial.settings import Settings
 
 
 @cpu_kernel
@@ -40,7 +41,7 @@ def solve_lagrangian(
     impact_work_out: AnyFloats,  # (3, n_impacts) f8 or f4, work space
     memory_out: AnyFloats,  # (n_memory,) f8 or f4, work space
     states_out: Floats,  # (n, n_threads, 9) f8, zeros, work space of each thread of a zone
-):
+) -> None:
     """Solve zones, one thread a zone."""
     for number in prange(zones.shape[0]):
         minimise_zone(

@@ -16,7 +16,7 @@ def weighted_gram(
     weights: Floats,  # (n_impacts,) f8
     # Out:
     values_out: Floats,  # (n_values, 3, 3) f8, C^T diag(weights) C is added
-):
+) -> None:
     """Add C^T diag(weights) C to the values of a matrix."""
     for j in prange(weights.shape[0]):
         for k in range(4):
@@ -42,7 +42,7 @@ def factorize(
     # Out:
     kept_out: Floats,  # (fronts.n_kept,) f8
     factor_out: Floats,  # (fronts.factor_starts[-1],) f8
-):
+) -> None:
     """Factor a matrix: all runs but the last at the same time, then the last run."""
     last = run_starts.shape[0] - 2
     for run in prange(last):
@@ -61,7 +61,7 @@ def solve(
     # Out:
     x_out: Floats,  # (n_blocks * size,) f8, the right-hand side on entry
     rests_out: Floats,  # (size * fronts.starts[-1],) f8, work space
-):
+) -> None:
     """Solve for one right-hand side with the factor of a matrix."""
     last = run_starts.shape[0] - 2
     for run in prange(last):

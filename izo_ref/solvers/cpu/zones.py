@@ -36,8 +36,8 @@ def scale_constraints(
     coefficients_out: Floats,  # (n_impacts, 4) f8, with the normals, rows of unit length
     rhs_out: Floats,  # (n_impacts,) f8  [m kg^1/2]
     lengths_out: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if it was 0
-    hopeless_out: Flags,  # (n_impacts,) b1, violated, and every vertex of the impact is pinned
-):
+    hopeless_out: Flags,  # (n_impacts,) b1, violated, and no unpinned vertex can change it
+) -> None:
     """Write the constraints of impacts in scaled variables."""
     for j in prange(nodes.shape[0]):
         rhs_out[j], lengths_out[j], hopeless_out[j] = scale_constraint(
@@ -76,7 +76,7 @@ def solve_small_zones(
     steps_out: Ints,  # (n_zones,) i4
     numbers_out: Floats,  # (number_starts[n_slots],) f8, work space of the slots
     indices_out: Ints,  # (index_starts[n_slots],) i4, work space of the slots
-):
+) -> None:
     """Solve small zones, one thread a zone; a slot solves one zone after the other."""
     n_slots = number_starts.shape[0] - 1
     for slot in prange(n_slots):
@@ -120,7 +120,7 @@ def solve_sweeps(
     z_out: AnyFloats,  # (3 n_unknowns,) f8 or f4
     steps_out: Ints,  # (n_zones,) i4
     trace_out: Floats,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] of sweeps; k = 0: none
-):
+) -> None:
     """Solve zones by projected Gauss-Seidel, one thread a zone."""
     for zone in prange(impact_offsets.shape[0] - 1):
         steps_out[zone] = sweeps(

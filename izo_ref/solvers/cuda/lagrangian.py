@@ -8,7 +8,8 @@ from numba import cuda
 from izo_ref.base.arrays import AnyFloats, AnyInts, Flags, Floats, Indices, Ints, Offsets
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
-from izo_ref.solvers.serial.descent import Settings, minimise_zone
+from izo_ref.solvers.serial.descent import minimise_zone
+from izo_ref.solvers.serial.settings import Settings
 
 
 @cuda_kernel
@@ -43,7 +44,7 @@ def solve_lagrangian(
     impact_work_out: AnyFloats,  # (3, n_impacts) f8 or f4, work space
     memory_out: AnyFloats,  # (n_memory,) f8 or f4, work space
     states_out: Floats,  # (n, n_threads, 9) f8, zeros, work space of each thread of a zone
-):
+) -> None:
     """Solve zones, one block a zone."""
     if cuda.blockIdx.x < zones.shape[0]:
         minimise_zone(
@@ -112,7 +113,7 @@ def solve_lagrangian_by_grid(
     memory_out: Floats,  # (n_memory,) f8, work space
     states_out: Floats,  # (1, n_threads, 9) f8, zeros, work space of each thread
     parts_out: Floats,  # (n_blocks, 7) f8, zeros, work space
-):
+) -> None:
     """Solve one zone with all blocks of the launch."""
     if zones.shape[0] == 1:
         group = grid(parts_out)
@@ -158,7 +159,7 @@ def flag_zones_of_size(
     at_most: int,  # i8, impacts
     # Out:
     flags_out: Flags,  # (n,) b1, whether the zone has more than one number and at most the other
-):
+) -> None:
     """Flag the zones whose number of impacts is in a range."""
     i = cuda.grid(1)
     if i < zones.shape[0]:
@@ -176,7 +177,7 @@ def judge_zones(
     violation_tolerance: float,  # f8  [m]
     # Out:
     solved_out: Flags,  # (n_zones,) b1, written for these zones
-):
+) -> None:
     """Judge which zones are solved to the tolerances."""
     i = cuda.grid(1)
     if i < zones.shape[0]:

@@ -1,6 +1,6 @@
 """From zones side by side to the variables of the augmented Lagrangian, and back.
 
-`izo_ref/solvers/augmented_lagrangian.py` does the same on the CPU. x has a row for each unpinned
+`solvers/variables.py` does the same on the CPU. x has a row for each unpinned
 vertex of a zone, and one more row at the end of the zone that all its pinned vertices share.
 """
 
@@ -21,8 +21,9 @@ from izo_ref.base.cuda.thread_group import block
 from izo_ref.base.serial.search import first_not_below
 from izo_ref.base.serial.thread_group import group_maxima, group_sum
 
-# Variables of the solver: the scaled variables of SPEC section 5 in units of the zone; or metres,
-# with the objective of a system that divides by the total mass, or that takes the mean of 1 / m.
+# Variables of the solver: the scaled variables of docs/method section 5 in units of the zone; or
+# metres, with the objective of a system that divides by the total mass, or that takes the mean of 1
+# / m.
 SCALED, BY_TOTAL_MASS, BY_MEAN_INVERSE = range(3)
 
 
@@ -41,7 +42,7 @@ def scale_zones(
     # Out:
     scales_out: Floats,  # (n_zones,) f8, scale of z [m kg^1/2], or of w [1/kg], of these zones
     first_steps_out: Floats,  # (n_zones,) f8, written for these zones
-):
+) -> None:
     """Compute the scale of the variables and the first step of each zone, one block a zone."""
     if cuda.blockIdx.x < zones.shape[0]:
         zone, group, largest, total = zones[cuda.blockIdx.x], block(), 0.0, 0.0
@@ -81,7 +82,7 @@ def convert_constraints(
     starts_out: Floats,  # (n_impacts,) f8, constraints at x = 0
     metres_out: Floats,  # (n_impacts,) f8  [m], violation if a constraint is 1
     is_entry_out: Flags,  # (4 n_impacts,) b1, an unpinned vertex of a chosen zone
-):
+) -> None:
     """Convert constraints from scaled variables to those of the solver."""
     j = cuda.grid(1)
     if j < rhs.shape[0]:
@@ -109,7 +110,7 @@ def compute_curvatures(
     scales: Floats,  # (n_zones,) f8  [1/kg]
     # Out:
     curvatures_out: Floats,  # (n_unknowns,) f8, w, written for unpinned vertices
-):
+) -> None:
     """Compute the curvatures w of a preset's objective."""
     i = cuda.grid(1)
     if i < vertices.shape[0]:
@@ -126,7 +127,7 @@ def find_entry_vertices(
     unknowns: Nodes,  # (n_impacts, 4) i4
     # Out:
     vertices_out: Indices,  # (n_entries,) i8, row of x
-):
+) -> None:
     """Find the row of x of each entry."""
     e = cuda.grid(1)
     if e < entries.shape[0]:
@@ -145,7 +146,7 @@ def compute_arms(
     # Out:
     entries_out: AnyInts,  # (n_entries,) u4, the impact's number in its zone
     arms_out: Floats,  # (n_entries, 3) f8, coefficient times normal
-):
+) -> None:
     """Compute the coefficient times the normal of each entry."""
     e = cuda.grid(1)
     if e < entries.shape[0]:
@@ -161,7 +162,7 @@ def find_vertex_starts(
     vertices: Indices,  # (n_entries,) i8, ascending
     # Out:
     starts_out: AnyInts,  # (n_vertices + 1,) u8, where the entries of each vertex begin
-):
+) -> None:
     """Find where the entries of each vertex begin."""
     vertex = cuda.grid(1)
     if vertex < starts_out.shape[0]:
@@ -176,7 +177,7 @@ def sum_sizes_on_vertices(
     coefficients: Floats,  # (n_impacts, 4) f8
     # Out:
     sizes_out: Floats,  # (n_vertices,) f8, sum of |coefficient| over the entries of each vertex
-):
+) -> None:
     """Sum the sizes of the coefficients on each vertex."""
     vertex = cuda.grid(1)
     if vertex < sizes_out.shape[0]:
@@ -197,7 +198,7 @@ def bound_couplings(
     sizes: Floats,  # (n_vertices,) f8, of each row of x
     # Out:
     couplings_out: Floats,  # (n_zones,) f8, written for these zones
-):
+) -> None:
     """Bound the largest eigenvalue of C C^T by its largest row sum, one block a zone."""
     if cuda.blockIdx.x < zones.shape[0]:
         zone, group = zones[cuda.blockIdx.x], block()
@@ -221,7 +222,7 @@ def find_zone_offsets(
     # Out:
     unknown_offsets_out: Offsets,  # (n_zones + 1,) i8, where x of each zone begins
     memory_offsets_out: Offsets,  # (n_zones + 1,) i8, where the memory of each zone begins
-):
+) -> None:
     """Find where x and the memory of each zone begin."""
     zone = cuda.grid(1)
     if zone < vertex_offsets.shape[0]:
@@ -245,7 +246,7 @@ def take_answers(
     # Out:
     multipliers_out: Multipliers,  # (n_impacts,) f8  [m kg^1/2]
     z_out: Floats,  # (3 n_unpinned,) f8  [m kg^1/2]
-):
+) -> None:
     """Convert x and the multipliers of chosen zones back to scaled variables."""
     i = cuda.grid(1)
     if i < zone_of_impact.shape[0] and chosen[zone_of_impact[i]]:

@@ -39,8 +39,8 @@ def scale_constraints(
     coefficients_out: Floats,  # (n_impacts, 4) f8, with the normals, rows of unit length
     rhs_out: Floats,  # (n_impacts,) f8  [m kg^1/2]
     lengths_out: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling; 1 if it was 0
-    hopeless_out: Flags,  # (n_impacts,) b1, violated, and every vertex of the impact is pinned
-):
+    hopeless_out: Flags,  # (n_impacts,) b1, violated, and no unpinned vertex can change it
+) -> None:
     """Write the constraints of impacts in scaled variables."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
@@ -80,7 +80,7 @@ def solve_small_zones(
     steps_out: Ints,  # (n_zones,) i4
     numbers_out: Floats,  # (number_starts[n_slots],) f8, work space of the slots
     indices_out: Ints,  # (index_starts[n_slots],) i4, work space of the slots
-):
+) -> None:
     """Solve small zones, one thread a zone; a slot solves one zone after the other."""
     slot, n_slots = cuda.grid(1), number_starts.shape[0] - 1
     if slot < n_slots:
@@ -117,7 +117,7 @@ def choose_methods(
     small_out: Flags,  # (n_zones,) b1
     numbers_out: Indices,  # (n_zones,) i8, numbers of work space
     indices_out: Indices,  # (n_zones,) i8, indices of work space
-):
+) -> None:
     """Choose the method to try first for each zone, and measure its work space."""
     zone = cuda.grid(1)
     if zone < small_out.shape[0]:

@@ -1,267 +1,97 @@
-"""Dual active-set method for one small zone, on an orthonormal basis of its active rows.
+"""Dual active-set method for one small zone, on an orthonormal basis of its active constraints.
 
-In scaled variables (SPEC 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with rows
-of unit length. With the active rows C_W = L Q, L lower triangular and Q orthonormal, their
-multipliers u solve L L^T u = s_W, and z = C_W^T u. Starting from no active row, the most
-violated row is added; rows whose multiplier would become negative on the way leave. A row
-that depends on the active ones is never added: it either takes the place of one of them,
-or shows that nothing satisfies all rows. So redundant and duplicated rows do no harm, and
-every step increases the dual objective.
+In scaled variables (docs/method section 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with
+constraints of unit length. The method keeps a set W of active constraints, which hold with
+equality. With C_W = L Q, L lower triangular and Q orthonormal (`active_basis.py`), their
+multipliers u solve L L^T u = s_W, and z = C_W^T u.
 
-The basis is what makes nearly parallel rows safe: the distance of a row from the span of
-the others is right to a few u. The Gram matrix alone would give its square to a few u,
-and rows less than 1e-7 apart could not be told from one.
+The method starts from no active constraint, or from a guess, and always adds the most violated
+constraint. Its multiplier grows until it holds. An active constraint whose multiplier would become
+negative on the way becomes inactive. A constraint that depends on the active ones is never added:
+it either takes the place of one of them, or shows that nothing satisfies all constraints. So
+redundant and duplicated constraints do no harm, and every step increases the dual objective.
 
-Source: D. Goldfarb, A. Idnani, A numerically stable dual method for solving strictly
-convex quadratic programs (1983), section 3; B. N. Parlett, The Symmetric Eigenvalue Problem
-(1998), 6.9, for projecting twice.
+The basis makes nearly parallel constraints safe. It gives the distance of a constraint from the
+span of the others with an error of a few units of rounding. The Gram matrix alone would give the
+square of that distance with this error, so that constraints less than 1e-7 apart could not be told
+from one.
+
+Source: D. Goldfarb, A. Idnani, A numerically stable dual method for solving strictly convex
+quadratic programs (1983), section 3.
 """
-
-import math
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyInt, Floats, Ints, Normals
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.views import matrix_of
+from izo_ref.solvers.serial.active_basis import (
+    append_constraint,
+    project,
+    remove_constraint,
+    solve_lower,
+    solve_upper,
+)
 from izo_ref.solvers.serial.constraints import (
     INFEASIBLE,
     NOT_CONVERGED,
     ROUNDING,
     SOLVED,
-    add_constraint,
-    constraint_dot,
     constraint_size,
     pull,
     violations,
 )
 
-# Distance of a unit row from the span of the active ones, below which it counts as in it.
-# Rounding leaves some 1e-15 where it is zero.
+# Distance of a constraint of unit length from the span of the active ones, below which it counts as
+# dependent on them. Where the distance is zero, rounding leaves some 1e-15.
 DEPENDENT = 1e-13
-# Of rows that are guessed to be active: nearly dependent ones wait for their turn, since
-# multipliers of both signs on them would throw the guess away.
+# The same for constraints that are guessed to be active. Nearly dependent ones wait for their turn,
+# because multipliers of both signs on them would spoil the guess.
 GUESSED_DEPENDENT = 1e-6
 
 
 @compiled
-def _project(row, first, nodes, coefficients, normals, basis, q, r, rest):
-    """r = Q c, rest = c - Q^T r for a row c; returns the length of the rest.
-
-    Once more if little is left: then rounding of the first projection counts.
-    """
-    for i in range(rest.shape[0]):
-        rest[i] = 0.0
-    add_constraint(1.0, row, first, nodes, coefficients, normals, rest)
-    for k in range(q):
-        r[k] = constraint_dot(row, first, nodes, coefficients, normals, basis[k])
-    for k in range(q):
-        for i in range(rest.shape[0]):
-            rest[i] -= r[k] * basis[k, i]
-    length = math.sqrt(_dot(rest, rest))
-    if length > 0.5:
-        return length
-    for k in range(q):
-        more = _dot(basis[k], rest)
-        r[k] += more
-        for i in range(rest.shape[0]):
-            rest[i] -= more * basis[k, i]
-    return math.sqrt(_dot(rest, rest))
-
-
-@compiled
-def _dot(a, b):
-    value = 0.0
-    for i in range(a.shape[0]):
-        value += a[i] * b[i]
-    return value
-
-
-@compiled
-def _solve_lower(factor, q, x):
-    for i in range(q):
-        value = x[i]
-        for k in range(i):
-            value -= factor[i, k] * x[k]
-        x[i] = value / factor[i, i]
-
-
-@compiled
-def _solve_upper(factor, q, x):
-    for i in range(q - 1, -1, -1):
-        value = x[i]
-        for k in range(i + 1, q):
-            value -= factor[k, i] * x[k]
-        x[i] = value / factor[i, i]
-
-
-@compiled
-def _drop_row(factor, basis, q, row):
-    """L and Q after a row left: rotate what then stands over the diagonal."""
-    for i in range(row, q - 1):
-        for k in range(i + 2):
-            factor[i, k] = factor[i + 1, k]
-    for i in range(row, q - 1):
-        a = factor[i, i]
-        b = factor[i, i + 1]
-        length = math.sqrt(a * a + b * b)
-        c = a / length
-        s = b / length
-        for k in range(i, q - 1):
-            a = factor[k, i]
-            b = factor[k, i + 1]
-            factor[k, i] = c * a + s * b
-            factor[k, i + 1] = c * b - s * a
-        for k in range(basis.shape[1]):
-            a = basis[i, k]
-            b = basis[i + 1, k]
-            basis[i, k] = c * a + s * b
-            basis[i + 1, k] = c * b - s * a
-
-
-@compiled
-def _most_violated(first, nodes, coefficients, rhs, z, violation, is_active):
-    """The row that is violated most, by more than its rounding; -1 if none is."""
-    worst = -1
-    for j in range(violation.shape[0]):
-        if is_active[j] or not violation[j] > 0.0:
-            continue
-        if worst >= 0 and not violation[j] > violation[worst]:
-            continue
-        if violation[j] > ROUNDING * constraint_size(j, first, nodes, coefficients, rhs, z):
-            worst = j
-    return worst
-
-
-@compiled
-def _blocking(active, q, u, r):
-    """The active row whose multiplier reaches zero first along -r, and the step there."""
-    step = np.inf
-    place = -1
-    for k in range(q):
-        if r[k] > 0.0 and u[active[k]] / r[k] < step:
-            step = u[active[k]] / r[k]
-            place = k
-    return step, place
-
-
-@compiled
-def _refine(factor, active, q, u, violation, r):
-    """A step of iterative refinement of L L^T u = s_W; none if u would not stay positive."""
-    for k in range(q):
-        r[k] = violation[active[k]]
-    _solve_lower(factor, q, r)
-    _solve_upper(factor, q, r)
-    for k in range(q):
-        if u[active[k]] + r[k] < 0.0:
-            return
-    for k in range(q):
-        u[active[k]] += r[k]
-
-
-@compiled
-def _onto_rows(factor, basis, active, q, violation, r, z):
-    """The shortest step that brings z onto the active rows: z += Q^T L^-1 (s_W - C_W z).
-
-    C^T u has the rounding of u, which is large where rows are nearly opposed or parallel;
-    this leaves that of z.
-    """
-    for k in range(q):
-        r[k] = violation[active[k]]
-    _solve_lower(factor, q, r)
-    for k in range(q):
-        for i in range(z.shape[0]):
-            z[i] += r[k] * basis[k, i]
-
-
-@compiled
-def _start(first, nodes, coefficients, normals, rhs, u, active, is_active, factor, basis, rest, r):
-    """Make the rows with u > 0 active, as far as multipliers stay positive; returns how many.
-
-    Any set whose multipliers are positive will do to go on from.
-    """
-    q = np.int64(0)
-    for j in range(u.shape[0]):
-        if u[j] > 0.0 and q < basis.shape[0] - 1:
-            distance = _project(j, first, nodes, coefficients, normals, basis, q, r, rest)
-            if distance > GUESSED_DEPENDENT:
-                q = _append(j, distance, q, active, is_active, factor, basis, rest, r)
-    worst = np.int64(0)  # typed, as below: else what it goes to would be compiled twice
-    while q > 0 and worst >= 0:
-        for k in range(q):
-            r[k] = rhs[active[k]]
-        _solve_lower(factor, q, r)
-        _solve_upper(factor, q, r)
-        worst = np.int64(-1)
-        for k in range(q):
-            if r[k] <= 0.0 and (worst < 0 or r[k] < r[worst]):
-                worst = k
-        if worst >= 0:
-            q = _remove(worst, q, active, is_active, factor, basis)
-    u[:] = 0.0
-    for k in range(q):
-        u[active[k]] = r[k]
-    return q
-
-
-@compiled
-def _append(row, distance, q, active, is_active, factor, basis, rest, r):
-    """A row becomes active: r and rest as `_project` left them; returns the new count."""
-    for k in range(q):
-        factor[q, k] = r[k]
-    factor[q, q] = distance
-    for i in range(rest.shape[0]):
-        basis[q, i] = rest[i] / distance
-    active[q] = row
-    is_active[row] = True
-    return q + 1
-
-
-@compiled
-def _remove(place, q, active, is_active, factor, basis):
-    """The active row at a place leaves; returns the new count."""
-    is_active[active[place]] = False
-    _drop_row(factor, basis, q, place)
-    for k in range(place, q - 1):
-        active[k] = active[k + 1]
-    return q - 1
-
-
-@compiled
-def work_of_active_set(n, n_vertices):
-    """How many numbers and indices of work space a zone of n impacts takes."""
+def work_of_active_set(n: int, n_vertices: int) -> tuple[int, int]:
+    """Return the work space of a zone of n impacts, in f8 numbers and in i4 indices."""
     size = 3 * n_vertices
     return (n + 1) ** 2 + (min(n, size) + 2) * size + 2 * n, 2 * n
 
 
 @compiled
 def active_set(
-    begin,
-    end,
-    first,
-    last,
-    all_nodes,
-    all_coefficients,
-    all_normals,
-    rhs,
-    numbers,
-    indices,
-    multipliers_out,
-    z_out,
-):
-    """Solve the zone of impacts begin..end and unknowns first..last.
+    begin: int,
+    end: int,
+    first: int,
+    last: int,
+    all_nodes: Ints,
+    all_coefficients: Floats,
+    all_normals: Normals,
+    rhs: Floats,
+    numbers: Floats,
+    indices: Ints,
+    multipliers_out: Floats,
+    z_out: Floats,
+) -> tuple[int, AnyInt]:
+    """Solve the zone of the impacts begin..end and the unknowns first..last.
 
     Args:
-        all_nodes: (n_impacts, 4) i4, of all zones; < 0 for pinned.
-        all_coefficients: (n_impacts, 4) f8; with the normals, unit rows.
+        begin: The zone's first impact.
+        end: Its last impact + 1.
+        first: The zone's first unknown.
+        last: Its last unknown + 1.
+        all_nodes: (n_impacts, 4) i4, of all zones; < 0 for pinned vertices.
+        all_coefficients: (n_impacts, 4) f8; with the normals, constraints of unit length.
         all_normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8, s.
-        numbers, indices: f8 and i4, work space of `work_of_active_set`.
-        multipliers_out: (n_impacts,) f8, u; begin..end are written. On entry, positive ones
-            are a guess of which rows are active.
-        z_out: (3 n_unknowns,) f8; those of first..last are written.
+        numbers: f8, work space; `work_of_active_set` says how much.
+        indices: i4, work space; `work_of_active_set` says how much.
+        multipliers_out: (n_impacts,) f8, u; begin..end are written. On entry, positive ones are a
+            guess of the active constraints.
+        z_out: (3 n_unknowns,) f8; the coordinates of first..last are written.
 
     Returns:
-        SOLVED, INFEASIBLE or NOT_CONVERGED, and the number of rows added or dropped.
+        SOLVED, INFEASIBLE or NOT_CONVERGED, and how many times a constraint became active or
+        inactive.
     """
     n, size = end - begin, 3 * (last - first)
     max_steps = 100 + 20 * n
@@ -280,7 +110,7 @@ def active_set(
     q = _start(first, nodes, coefficients, normals, s, u, active, is_active, factor, basis, rest, r)
     pull(first, nodes, coefficients, normals, u, z)
     violations(first, nodes, coefficients, normals, s, z, violation)
-    _onto_rows(factor, basis, active, q, violation, r, z)
+    _move_onto_active(factor, basis, active, q, violation, r, z)
     violations(first, nodes, coefficients, normals, s, z, violation)
     steps = 0
     while True:
@@ -291,7 +121,7 @@ def active_set(
                 violations(first, nodes, coefficients, normals, s, z, violation)
                 _refine(factor, active, q, u, violation, r)
             for _ in range(2):
-                _onto_rows(factor, basis, active, q, violation, r, z)
+                _move_onto_active(factor, basis, active, q, violation, r, z)
                 violations(first, nodes, coefficients, normals, s, z, violation)
             return SOLVED, steps
         added = False
@@ -299,10 +129,11 @@ def active_set(
             steps += 1
             if steps > max_steps:
                 return NOT_CONVERGED, steps
-            distance = _project(p, first, nodes, coefficients, normals, basis, q, r, rest)
+            distance = project(p, first, nodes, coefficients, normals, basis, q, r, rest)
             for k in range(q):
                 factor[q, k] = r[k]
-            _solve_upper(factor, q, r)
+            solve_upper(factor, q, r)
+            # u_p may grow by `full` until constraint p holds, or by `step` until another is zero
             full = violation[p] / (distance * distance) if distance > DEPENDENT else np.inf
             step, place = _blocking(active, q, u, r)
             if full == np.inf and place < 0:
@@ -312,15 +143,135 @@ def active_set(
                 u[active[k]] -= step * r[k]
             u[p] += step
             if step == full:
-                # r is solved for by now, and the factor's new row is in place
+                # r holds the solution by now; what was projected is in the new row of the factor
                 for k in range(q):
                     r[k] = factor[q, k]
-                q = _append(p, distance, q, active, is_active, factor, basis, rest, r)
+                q = append_constraint(p, distance, q, active, is_active, factor, basis, rest, r)
                 added = True
             else:
                 u[active[place]] = 0.0
-                q = _remove(place, q, active, is_active, factor, basis)
+                q = remove_constraint(place, q, active, is_active, factor, basis)
             pull(first, nodes, coefficients, normals, u, z)
             violations(first, nodes, coefficients, normals, s, z, violation)
-            _onto_rows(factor, basis, active, q, violation, r, z)
+            _move_onto_active(factor, basis, active, q, violation, r, z)
             violations(first, nodes, coefficients, normals, s, z, violation)
+
+
+@compiled
+def _start(
+    first: int,
+    nodes: Ints,
+    coefficients: Floats,
+    normals: Normals,
+    rhs: Floats,
+    u: Floats,
+    active: Ints,
+    is_active: Ints,
+    factor: Floats,
+    basis: Floats,
+    rest: Floats,
+    r: Floats,
+) -> AnyInt:
+    """Make the guessed constraints active, compute u, and return how many are active.
+
+    Those with u > 0 are guessed. The method can go on from any set whose multipliers are positive,
+    so the constraint with the lowest multiplier leaves until all are positive.
+    """
+    q = np.int64(0)
+    for j in range(u.shape[0]):
+        if u[j] > 0.0 and q < basis.shape[0] - 1:
+            distance = project(j, first, nodes, coefficients, normals, basis, q, r, rest)
+            if distance > GUESSED_DEPENDENT:
+                q = append_constraint(j, distance, q, active, is_active, factor, basis, rest, r)
+    worst = np.int64(0)  # typed, as below: else what it is passed to would be compiled twice
+    while q > 0 and worst >= 0:
+        for k in range(q):
+            r[k] = rhs[active[k]]
+        solve_lower(factor, q, r)
+        solve_upper(factor, q, r)
+        worst = np.int64(-1)
+        for k in range(q):
+            if r[k] <= 0.0 and (worst < 0 or r[k] < r[worst]):
+                worst = k
+        if worst >= 0:
+            q = remove_constraint(worst, q, active, is_active, factor, basis)
+    u[:] = 0.0
+    for k in range(q):
+        u[active[k]] = r[k]
+    return q
+
+
+@compiled
+def _most_violated(
+    first: int,
+    nodes: Ints,
+    coefficients: Floats,
+    rhs: Floats,
+    z: Floats,
+    violation: Floats,
+    is_active: Ints,
+) -> int:
+    """Return the constraint that is violated most, by more than its rounding; -1 if none is."""
+    worst = -1
+    for j in range(violation.shape[0]):
+        if is_active[j] or not violation[j] > 0.0:
+            continue
+        if worst >= 0 and not violation[j] > violation[worst]:
+            continue
+        if violation[j] > ROUNDING * constraint_size(j, first, nodes, coefficients, rhs, z):
+            worst = j
+    return worst
+
+
+@compiled
+def _blocking(active: Ints, q: AnyInt, u: Floats, r: Floats) -> tuple[float, int]:
+    """Return how far u can go along -r, and the place of the multiplier that is zero first there.
+
+    The step is infinite and the place is -1 if no multiplier decreases.
+    """
+    step = np.inf
+    place = -1
+    for k in range(q):
+        if r[k] > 0.0 and u[active[k]] / r[k] < step:
+            step = u[active[k]] / r[k]
+            place = k
+    return step, place
+
+
+@compiled
+def _refine(
+    factor: Floats, active: Ints, q: AnyInt, u: Floats, violation: Floats, r: Floats
+) -> None:
+    """Make one step of iterative refinement of L L^T u = s_W, unless u would become negative."""
+    for k in range(q):
+        r[k] = violation[active[k]]
+    solve_lower(factor, q, r)
+    solve_upper(factor, q, r)
+    for k in range(q):
+        if u[active[k]] + r[k] < 0.0:
+            return
+    for k in range(q):
+        u[active[k]] += r[k]
+
+
+@compiled
+def _move_onto_active(
+    factor: Floats,
+    basis: Floats,
+    active: Ints,
+    q: AnyInt,
+    violation: Floats,
+    r: Floats,
+    z: Floats,
+) -> None:
+    """Make the shortest step of z onto the active constraints: z += Q^T L^-1 (s_W - C_W z).
+
+    C^T u has the rounding of u, which is large where constraints are nearly opposed or parallel.
+    After this step, z has only its own rounding.
+    """
+    for k in range(q):
+        r[k] = violation[active[k]]
+    solve_lower(factor, q, r)
+    for k in range(q):
+        for i in range(z.shape[0]):
+            z[i] += r[k] * basis[k, i]

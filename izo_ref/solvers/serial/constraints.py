@@ -1,7 +1,8 @@
 """Compute with the constraints of one zone in scaled variables.
 
-SPEC section 5 measures each vertex i by z_i = sqrt(m_i) (x_i - y_i) [m kg^1/2], where y_i is its
-proposed position and m_i its mass, and scales each constraint to unit length. The zone becomes
+The method (docs/method section 5) measures each vertex i by z_i = sqrt(m_i) (x_i - y_i)
+[m kg^1/2], where y_i is its proposed position and m_i its mass, and scales each constraint to unit
+length. The zone becomes
 
     minimise 1/2 |z|^2   subject to   C z >= s,   with z = C^T u for multipliers u >= 0.
 
@@ -19,14 +20,16 @@ Most functions take these arrays of one zone:
     u             (n,) f8 [m kg^1/2]
     z             (3 n_unknowns,) f8 [m kg^1/2], flat
 
-Source: SPEC section 5.
+Sweeps (`solvers/serial/sweeps.py`) may take f4 in place of f8.
+
+Source: docs/method section 5.
 """
 
 import math
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, Floats, Ints, Nodes, Normals, Positions, Weights
+from izo_ref.base.arrays import AnyFloats, AnyInt, Floats, Ints, Nodes, Normals, Positions, Weights
 from izo_ref.base.compile import compiled
 
 SOLVED = 0
@@ -69,7 +72,7 @@ def scale_constraint(
         s [m kg^1/2]; the length of the constraint before scaling [kg^-1/2], or 1 if it has no
         unknowns; and whether it is violated and has no unknowns.
 
-    Source: SPEC section 5.
+    Source: docs/method section 5.
     """
     length_sq = 0.0
     normal_sq = 0.0
@@ -101,9 +104,9 @@ def add_constraint(
     j: AnyInt,
     first: int,
     nodes: Ints,
-    coefficients: Floats,
-    normals: Normals,
-    z: Floats,
+    coefficients: AnyFloats,
+    normals: AnyFloats,
+    z: AnyFloats,
 ) -> None:
     """Add a multiple of constraint j: z += scale * c_j."""
     for k in range(4):
@@ -117,7 +120,7 @@ def add_constraint(
 
 @compiled
 def constraint_dot(
-    j: AnyInt, first: int, nodes: Ints, coefficients: Floats, normals: Normals, z: Floats
+    j: AnyInt, first: int, nodes: Ints, coefficients: AnyFloats, normals: AnyFloats, z: AnyFloats
 ) -> float:
     """Return the scalar product c_j . z."""
     value = 0.0
@@ -132,7 +135,7 @@ def constraint_dot(
 
 @compiled
 def pull(
-    first: int, nodes: Ints, coefficients: Floats, normals: Normals, u: Floats, z: Floats
+    first: int, nodes: Ints, coefficients: AnyFloats, normals: AnyFloats, u: AnyFloats, z: AnyFloats
 ) -> None:
     """Compute z = C^T u, where the multipliers u pull the vertices."""
     for i in range(z.shape[0]):
@@ -146,10 +149,10 @@ def pull(
 def products(
     first: int,
     nodes: Ints,
-    coefficients: Floats,
-    normals: Normals,
-    z: Floats,
-    products_out: Floats,
+    coefficients: AnyFloats,
+    normals: AnyFloats,
+    z: AnyFloats,
+    products_out: AnyFloats,
 ) -> None:
     """Compute C z."""
     for j in range(products_out.shape[0]):
@@ -160,11 +163,11 @@ def products(
 def violations(
     first: int,
     nodes: Ints,
-    coefficients: Floats,
-    normals: Normals,
-    rhs: Floats,
-    z: Floats,
-    violations_out: Floats,
+    coefficients: AnyFloats,
+    normals: AnyFloats,
+    rhs: AnyFloats,
+    z: AnyFloats,
+    violations_out: AnyFloats,
 ) -> None:
     """Compute s - C z; positive entries are violations."""
     for j in range(rhs.shape[0]):
@@ -175,12 +178,12 @@ def violations(
 def residuals(
     first: int,
     nodes: Ints,
-    coefficients: Floats,
-    normals: Normals,
-    rhs: Floats,
-    metres: Floats,
-    u: Floats,
-    z: Floats,
+    coefficients: AnyFloats,
+    normals: AnyFloats,
+    rhs: AnyFloats,
+    metres: AnyFloats,
+    u: AnyFloats,
+    z: AnyFloats,
 ) -> tuple[float, float]:
     """Return the largest violation [m] and the relative duality gap, for z = C^T u.
 

@@ -1,37 +1,55 @@
-"""Cholesky factors of dense matrices, in loops over contiguous rows that vectorise."""
+"""Cholesky factors of dense symmetric matrices.
+
+A = R^T R with R upper triangular, which takes the place of the upper triangle of A. Loops run over
+contiguous rows, so that the compiler vectorises them. How many pivots at a time update the rows
+below depends on the size of the matrix:
+
+    up to SMALL rows      all pivots above an entry, by a sum down two columns
+    more                  WIDTH pivots
+    from LARGE rows on    PANEL pivots, on tiles of four rows by CHUNK columns
+
+Source: N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), chapter 10.
+"""
 
 import math
 
+from izo_ref.base.arrays import AnyInt, Floats
 from izo_ref.base.compile import compiled
 
-# Below this many rows, sums down the columns are faster than loops made for vectors:
-# 0.2 us against 1.5 us for 8 rows.
+# Up to this many rows, sums down the columns are faster than loops made for vectors: 0.2 us against
+# 1.5 us for 8 rows.
 SMALL = 12
-# Pivots at a time. Each update of a row then does 8 operations for a load and a store, and
-# runs at 10 GFlop/s, where one pivot at a time is bound by the cache.
+# Pivots at a time. Each update of a row then does 8 operations for one load and one store, and runs
+# at 10 GFlop/s. With one pivot at a time, the cache limits the speed.
 WIDTH = 4
-# From so many rows on, PANEL pivots update tiles of four rows by CHUNK columns, copied side by
-# side: 32 operations for 8 loads and 4 stores. 12 GFlop/s for 100 rows and 20 for 300; panels
-# of 32 or chunks of 256 were no better.
+# From LARGE rows on, PANEL pivots update tiles of four rows by CHUNK columns, which are copied side
+# by side: 32 operations for 8 loads and 4 stores. This runs at 12 GFlop/s for 100 rows and at 20
+# for 300. Panels of 32 or chunks of 256 were no better.
 LARGE, PANEL, CHUNK = 80, 16, 512
 
 
 @compiled
-def work_of_cholesky(n):
-    """How many numbers of work space it takes."""
+def work_of_cholesky(n: int) -> int:
+    """Return how many f8 numbers of work space a matrix of n rows takes."""
     return (PANEL + 4) * CHUNK + 16 if n >= LARGE else 0
 
 
 @compiled
-def partial_cholesky(a, n, n_pivots, smallest, work):
+def partial_cholesky(a: Floats, n: AnyInt, n_pivots: AnyInt, smallest: float, work: Floats) -> None:
     """Factor the first pivots of a symmetric matrix, and update the rest.
 
-    With A = [[B, D], [D^T, E]] and B of `n_pivots` rows: B = R^T R, D becomes R^-T D, and E
-    becomes E - D^T B^-1 D. Only the upper triangle of a[:n, :n] is read and written. Of R's
-    diagonal the reciprocals are kept.
+    Let A = [[B, D], [D^T, E]], where B has `n_pivots` rows and B = R^T R. Then B becomes R, D
+    becomes R^-T D, and E becomes E - D^T B^-1 D. The diagonal of R is stored as reciprocals.
 
-    A pivot of `smallest` or less becomes 0 and its row too: that unknown is left out, and
-    solves give it 0. `work`: (>= work_of_cholesky(n),) f8, of any content.
+    A pivot of `smallest` or less becomes 0, and so does its row. That unknown is left out: solves
+    set it to 0.
+
+    Args:
+        a: f8, the matrix is a[:n, :n]; only its upper triangle is read and written.
+        n: Number of rows.
+        n_pivots: Number of rows of B.
+        smallest: Largest pivot that is left out.
+        work: (>= work_of_cholesky(n),) f8, work space, of any content.
     """
     if n <= SMALL:
         _small_cholesky(a, n, n_pivots, smallest)
@@ -41,18 +59,18 @@ def partial_cholesky(a, n, n_pivots, smallest, work):
         end = min(begin + in_panel, n_pivots)
         for k in range(begin, end, WIDTH):
             last = min(k + WIDTH, end)
-            _take_pivots(a, k, last, n, smallest)
-            _update(a, k, last, last, end, n)
+            _factor_rows(a, k, last, n, smallest)
+            _update_rows(a, k, last, last, end, n)
         if end - begin == PANEL:
             _update_tiles(a, begin, n, work)
         else:
             for k in range(begin, end, WIDTH):
-                _update(a, k, min(k + WIDTH, end), end, n, n)
+                _update_rows(a, k, min(k + WIDTH, end), end, n, n)
 
 
 @compiled
-def _take_pivots(a, begin, end, n, smallest):
-    """Rows begin..end of the factor, up to WIDTH."""
+def _factor_rows(a: Floats, begin: AnyInt, end: AnyInt, n: AnyInt, smallest: float) -> None:
+    """Compute rows begin..end of the factor, at most WIDTH; all pivots before have updated them."""
     for p in range(begin, end):
         row = a[p]
         for q in range(begin, p):
@@ -68,8 +86,10 @@ def _take_pivots(a, begin, end, n, smallest):
 
 
 @compiled
-def _update(a, begin, end, first, last, n):
-    """Rows first..last less their part in the factor's rows begin..end, up to WIDTH."""
+def _update_rows(
+    a: Floats, begin: AnyInt, end: AnyInt, first: AnyInt, last: AnyInt, n: AnyInt
+) -> None:
+    """Subtract R^T R of the factor's rows begin..end, at most WIDTH, from rows first..last."""
     if end - begin == WIDTH:
         p, q, r, s = a[begin], a[begin + 1], a[begin + 2], a[begin + 3]
         for i in range(first, last):
@@ -88,14 +108,15 @@ def _update(a, begin, end, first, last, n):
 
 
 @compiled
-def copy(source, target):
-    for j in range(target.shape[0]):  # from 0, or it does not vectorise
+def copy(source: Floats, target: Floats) -> None:
+    """Copy the numbers of a vector into one of the same length."""
+    for j in range(target.shape[0]):  # from 0: otherwise the compiler does not vectorise it
         target[j] = source[j]
 
 
 @compiled
-def _update_tiles(a, begin, n, work):
-    """What follows PANEL rows of the factor, from begin, less its part in them."""
+def _update_tiles(a: Floats, begin: AnyInt, n: AnyInt, work: Floats) -> None:
+    """Subtract R^T R of the factor's PANEL rows from begin on from all rows behind them."""
     end, after = begin + PANEL, (PANEL + 4) * CHUNK
     panel, tile, by = work[: PANEL * CHUNK], work[PANEL * CHUNK : after], work[after:]
     for left in range(end, n, CHUNK):
@@ -116,9 +137,22 @@ def _update_tiles(a, begin, n, work):
 
 
 @compiled
-def _update_tile(a, begin, i, rows, panel, width, by, tile):
-    # distances of what is read and written are constants: the compiler need not ask
-    # whether they overlap
+def _update_tile(
+    a: Floats,
+    begin: AnyInt,
+    i: AnyInt,
+    rows: AnyInt,
+    panel: Floats,
+    width: AnyInt,
+    by: Floats,
+    tile: Floats,
+) -> None:
+    """Subtract R^T R of the factor's PANEL rows from begin on from a tile of rows i..i + rows.
+
+    `panel` holds the columns of these rows, and `by` is work space for 16 numbers.
+    """
+    # the distances between what is read and what is written are constants, so the compiler need not
+    # check whether they overlap
     for k in range(0, PANEL, 4):
         for r in range(rows):
             for q in range(4):
@@ -138,7 +172,8 @@ def _update_tile(a, begin, i, rows, panel, width, by, tile):
 
 
 @compiled
-def _small_cholesky(a, n, n_pivots, smallest):
+def _small_cholesky(a: Floats, n: AnyInt, n_pivots: AnyInt, smallest: float) -> None:
+    """Do what `partial_cholesky` does, by sums down the columns."""
     for i in range(n):
         pivots = min(i, n_pivots)
         for j in range(i, n):
@@ -154,8 +189,11 @@ def _small_cholesky(a, n, n_pivots, smallest):
 
 
 @compiled
-def cholesky_solve(a, n, x):
-    """x <- (R^T R)^-1 x, with R in the upper triangle of a[:n, :n]."""
+def cholesky_solve(a: Floats, n: AnyInt, x: Floats) -> None:
+    """Solve R^T R x' = x in place, with R in the upper triangle of a[:n, :n].
+
+    R is as `partial_cholesky` left it, with reciprocals on its diagonal.
+    """
     if n <= SMALL:
         for k in range(n):
             value = x[k]

@@ -8,8 +8,8 @@ constraints do not improve fast enough.
 The loop is written once for all methods. Integer codes choose the direction, the line search and
 the updates at run time.
 
-Source: XRTailor documentation, "Impact Zone Optimization", figure `algorithm_cpu`; SPEC sections
-3 and 4.
+Source: XRTailor documentation, "Impact Zone Optimization", figure `algorithm_cpu`;
+docs/method sections 3 and 4.
 """
 
 import math
@@ -267,45 +267,40 @@ def minimise(
 
 @compiled
 def minimise_zone(
-    zone: AnyInt,
-    state: Floats,
-    group: ThreadGroup,
-    impact_offsets: Offsets,
-    row_offsets: Offsets,
-    memory_offsets: Offsets,
-    nodes: AnyInts,
-    coefficients: AnyFloats,
-    entries: AnyInts,
-    arms: AnyFloats,
-    entry_starts: AnyInts,
-    normals: AnyFloats,
-    starts: AnyFloats,
-    metres: AnyFloats,
-    curvatures: AnyFloats,
-    mus: Floats,
-    mu_caps: Floats,
-    first_steps: Floats,
-    units: Floats,
+    # In:
+    zone: AnyInt,  # the zone to solve
+    state: Floats,  # (9,) f8, zeros, of this thread alone
+    group: ThreadGroup,  # the threads that work on the zone
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    row_offsets: Offsets,  # (n_zones + 1,) i8, where each zone begins in x; 3 numbers for its
+    # pinned vertices come last
+    memory_offsets: Offsets,  # (n_zones + 1,) i8
+    nodes: AnyInts,  # (n_impacts, 4) u4, 3 times the zone's own vertex
+    coefficients: AnyFloats,  # (n_impacts, 4) f8 or f4, 0 for pinned vertices
+    entries: AnyInts,  # (n_entries,) u4, the impacts of each vertex, numbered in its zone
+    arms: AnyFloats,  # (n_entries, 3) f8 or f4, coefficient times normal of each entry
+    entry_starts: AnyInts,  # (n_unknowns / 3 + 1,) u8
+    normals: AnyFloats,  # (n_impacts, 3) f8 or f4
+    starts: AnyFloats,  # (n_impacts,) f8 or f4, constraints at x = 0
+    metres: AnyFloats,  # (n_impacts,) f8 or f4 [m], violation of a constraint of 1
+    curvatures: AnyFloats,  # (n_unknowns,) f8 or f4, w
+    mus: Floats,  # (n_zones,) f8, penalty at first
+    mu_caps: Floats,  # (n_zones,) f8, largest penalty
+    first_steps: Floats,  # (n_zones,) f8
+    units: Floats,  # (n_zones,) f8 [kg m^2], an objective of 1
     settings: Settings,
-    x_out: AnyFloats,
-    multipliers_out: AnyFloats,
-    steps_out: Ints,
-    gaps_out: Floats,
-    violations_out: Floats,
-    trace_out: Floats,
-    vectors_out: AnyFloats,
-    rows_out: AnyFloats,
-    memory_out: AnyFloats,
+    # Out:
+    x_out: AnyFloats,  # (n_unknowns,) f8 or f4, displacements; zeros on entry
+    multipliers_out: AnyFloats,  # (n_impacts,) f8 or f4
+    steps_out: Ints,  # (n_zones,) i4
+    gaps_out: Floats,  # (n_zones,) f8, relative duality gap of the answer, as the loop sees it
+    violations_out: Floats,  # (n_zones,) f8 [m], its largest violation
+    trace_out: Floats,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k may be 0
+    vectors_out: AnyFloats,  # (4, n_unknowns) f8 or f4, work space
+    rows_out: AnyFloats,  # (3, n_impacts) f8 or f4, work space
+    memory_out: AnyFloats,  # (n_memory,) f8 or f4, work space
 ) -> None:
-    """Run the loop on one of several zones that lie side by side.
-
-    Args:
-        zone: The zone.
-        state: (9,) f8, zeros, of this thread alone.
-        group: The threads that work on the zone.
-        impact_offsets: This and all that follow are arrays of all zones, as the contract of the
-            kernel `solve_lagrangian` states them (`solvers/cpu/lagrangian.py`).
-    """
+    """Run the loop on one of several zones whose arrays lie side by side."""
     a, b = impact_offsets[zone], impact_offsets[zone + 1]
     i, k = row_offsets[zone], row_offsets[zone + 1]
     steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(

@@ -1,30 +1,42 @@
-"""What a sparse Cholesky factorisation will look like, from the pattern of the matrix alone.
+"""The shape of a sparse Cholesky factorisation, from the pattern of the matrix alone.
 
-The pattern is a graph of blocks in the order of elimination: neighbours of i are
-indices[starts[i] : starts[i + 1]], without i itself.
+The matrix consists of square blocks, in the order of elimination. Its pattern is a graph of blocks:
+the neighbours of i are indices[starts[i] : starts[i + 1]], without i itself. From it follow
 
-Source: J. W. H. Liu, The role of elimination trees in sparse factorization (1990), sections
-2.2, 4.2 and 5.1; The multifrontal method for sparse matrix solution: theory and practice
-(1992), section 6 for supernodes.
+    the elimination tree   the parent of column k is the first row below the diagonal in column k of
+                           the factor; a column needs only the columns below it in the tree
+    the columns' rows      which blocks of the factor are not zero
+    the supernodes         successive columns with the same rows, or nearly, which are eliminated
+                           together as one dense front
+
+Source: J. W. H. Liu, The role of elimination trees in sparse factorization (1990), sections 2.2,
+4.2 and 5.1; for supernodes, The multifrontal method for sparse matrix solution: theory and practice
+(1992), section 6.
 """
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyInt, AnyInts, Indices, Ints, Offsets
 from izo_ref.base.compile import compiled
 
-# Supernodes are joined if of the factor's blocks in the two at most this part is zero; small
-# ones always, whose dense work costs less than their bookkeeping.
+# Two supernodes are joined if at most this fraction of the factor's blocks in them is zero then.
 ZEROS = 0.1
+# Up to this many columns they are always joined, because their bookkeeping costs more than the
+# additional dense work.
 SMALL = 4
 
 
 @compiled
-def graph_of(entries, n):
-    """The pattern as a graph, (starts, indices).
+def graph_of(entries: AnyInts, n: int) -> tuple[Offsets, Ints]:
+    """Return the pattern as a graph.
 
     Args:
-        entries: (n_entries, 2) ints, rows and columns; of (i, j) and (j, i) one is there.
-        n: blocks.
+        entries: (n_entries, 2) whole numbers, row and column of each block; only one of (i, j) and
+            (j, i) is there.
+        n: Number of blocks in a row.
+
+    Returns:
+        (n + 1,) i8 starts, and (n_neighbours,) i4 indices.
     """
     starts = np.zeros(n + 1, np.int64)
     for e in range(entries.shape[0]):
@@ -34,7 +46,7 @@ def graph_of(entries, n):
     total = 0
     for i in range(n + 1):
         total += starts[i]
-        starts[i] = total  # where the list of i ends; filled from there down
+        starts[i] = total  # where the list of i ends; it is filled from there downwards
     indices = np.empty(total, np.int32)
     for e in range(entries.shape[0]):
         i, j = entries[e, 0], entries[e, 1]
@@ -47,8 +59,8 @@ def graph_of(entries, n):
 
 
 @compiled
-def elimination_tree(starts, indices):
-    """(n,) i4, the parent of each block; -1 for a root."""
+def elimination_tree(starts: AnyInts, indices: Ints) -> Ints:
+    """Return the parent of each block in the elimination tree, (n,) i4; -1 for a root."""
     n = starts.shape[0] - 1
     parent, ancestor = np.full(n, -1, np.int32), np.full(n, -1, np.int32)
     for i in range(n):
@@ -64,8 +76,8 @@ def elimination_tree(starts, indices):
 
 
 @compiled
-def postorder(parent):
-    """(n,) i4, the blocks in an order in which each follows all below it, at once."""
+def postorder(parent: Ints) -> Ints:
+    """Return the blocks in postorder, (n,) i4: each directly follows all blocks below it."""
     n = parent.shape[0]
     head, following = np.full(n, -1, np.int32), np.empty(n, np.int32)
     order, stack = np.empty(n, np.int32), np.empty(n, np.int32)
@@ -93,8 +105,12 @@ def postorder(parent):
 
 
 @compiled
-def factor_structure(starts, indices, parent):
-    """Rows below the diagonal of each column of the factor, ascending, as (starts, rows)."""
+def factor_structure(starts: AnyInts, indices: Ints, parent: Ints) -> tuple[Offsets, Ints]:
+    """Return the rows below the diagonal of each column of the factor, ascending.
+
+    Returns:
+        (n + 1,) i8, where the rows of each column begin; and the rows, i4.
+    """
     n = parent.shape[0]
     counts, mark = np.zeros(n + 1, np.int64), np.full(n, -1, np.int32)
     rows, ends = np.empty(0, np.int32), np.empty(0, np.int64)
@@ -119,11 +135,14 @@ def factor_structure(starts, indices, parent):
 
 
 @compiled
-def supernodes(parent, counts):
-    """First block of each supernode, and the end: columns that share their rows, or nearly.
+def supernodes(parent: Ints, counts: Offsets) -> Ints:
+    """Return the first column of each supernode, and n at the end.
+
+    The columns of a supernode have the same rows, or nearly.
 
     Args:
-        counts: (n,) i8, rows below the diagonal of each column.
+        parent: (n,) i4, the elimination tree, in postorder.
+        counts: (n,) i8, number of rows below the diagonal of each column.
     """
     n = parent.shape[0]
     firsts, zeros = np.empty(n + 1, np.int32), np.empty(n + 1, np.int64)
@@ -149,10 +168,28 @@ def supernodes(parent, counts):
 
 
 @compiled
-def relative_rows(firsts, starts, rows, node_of, above_out, place_out, place_starts):
-    """Where the rows of each supernode are in the front of the one above it.
+def relative_rows(
+    firsts: Ints,
+    starts: Offsets,
+    rows: Ints,
+    node_of: Ints,
+    above_out: Ints,
+    place_out: Ints,
+    place_starts: Indices,
+) -> None:
+    """Find the rows of each supernode in the front of the supernode above it.
 
-    A front has the supernode's own blocks first, then its rows, those of its last column.
+    A front consists of the supernode's own blocks, followed by its rows, which are the rows of its
+    last column.
+
+    Args:
+        firsts: (n_fronts + 1,) i4, the first column of each supernode, and n.
+        starts: (n + 1,) i8, where the rows of each column begin.
+        rows: i4, the rows of each column.
+        node_of: (n,) i4, the supernode of each column.
+        above_out: (n_fronts,) i4, the supernode above, or -1 if there is none.
+        place_out: i4, the place of each row in the front above, in blocks.
+        place_starts: (n_fronts,) i8, where the places of each supernode begin.
     """
     for s in range(firsts.shape[0] - 1):
         last = firsts[s + 1] - 1
@@ -173,9 +210,14 @@ def relative_rows(firsts, starts, rows, node_of, above_out, place_out, place_sta
 
 
 @compiled
-def place_in_front(i, j, firsts, starts, rows, node_of):
-    """(supernode, row, column) of the entry (i, j), i <= j, in blocks of its front."""
-    s = node_of[i]
+def place_in_front(
+    i: AnyInt, j: AnyInt, firsts: Ints, starts: Offsets, rows: Ints, node_of: Ints
+) -> tuple[AnyInt, AnyInt, AnyInt]:
+    """Return the supernode of entry (i, j), i <= j, and its row and column in the front, in blocks.
+
+    The arrays are those of `relative_rows`.
+    """
+    s: AnyInt = node_of[i]
     if j < firsts[s + 1]:
         return s, i - firsts[s], j - firsts[s]
     low, high = starts[firsts[s + 1] - 1], starts[firsts[s + 1]]
@@ -190,7 +232,24 @@ def place_in_front(i, j, firsts, starts, rows, node_of):
 
 
 @compiled
-def places_of_entries(entries, firsts, starts, rows, node_of, places_out):
+def places_of_entries(
+    entries: AnyInts,
+    firsts: Ints,
+    starts: Offsets,
+    rows: Ints,
+    node_of: Ints,
+    places_out: Ints,
+) -> None:
+    """Compute where each entry of the matrix is in its front.
+
+    Args:
+        entries: (n_entries, 2) whole numbers i <= j.
+        firsts: As in `relative_rows`, and so are starts, rows and node_of.
+        starts: (n + 1,) i8.
+        rows: i4.
+        node_of: (n,) i4.
+        places_out: (n_entries, 3) i4, supernode, row and column, in blocks.
+    """
     for e in range(entries.shape[0]):
         s, row, column = place_in_front(entries[e, 0], entries[e, 1], firsts, starts, rows, node_of)
         places_out[e, 0], places_out[e, 1], places_out[e, 2] = s, row, column

@@ -1,8 +1,12 @@
-"""Multifrontal Cholesky factorisation of a sparse matrix of square blocks.
+"""Multifrontal Cholesky factorisation of a sparse symmetric matrix of square blocks.
 
-One supernode after the other, from the leaves of the elimination tree up: its front, a dense
-matrix, takes the matrix's own entries and what the fronts below left over; its pivots are
-eliminated, the rows go to the factor, and the rest waits on a stack for the front above.
+The supernodes (`solvers/serial/elimination.py`) are factored one after the other, from the leaves
+of the elimination tree upwards. Each has a *front*, a small dense matrix of its pivots and of the
+rows below them:
+
+    1. The front takes the matrix's own entries, and adds what the fronts below it left over.
+    2. Its pivots are eliminated, and their rows go to the factor.
+    3. What is left of the front waits on a stack, until the front above takes it.
 
 Source: J. W. H. Liu, The multifrontal method for sparse matrix solution: theory and practice
 (1992).
@@ -12,32 +16,34 @@ from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyInt, Floats, Indices, Ints, Offsets
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.dense import copy, partial_cholesky, work_of_cholesky
 
 
 class Fronts(NamedTuple):
-    """The shape of a factorisation; all of the order of elimination, in blocks."""
+    """The shape of a factorisation; blocks and fronts are in the order of elimination."""
 
-    size: int  # of a block
-    firsts: np.ndarray  # (n_fronts + 1,) i4, first pivot of each front
-    above: np.ndarray  # (n_fronts,) i4, the front that takes what is left; -1: nothing is
-    starts: np.ndarray  # (n_fronts + 1,) i8, into rows and places
-    rows: np.ndarray  # i4, rows of each front below its pivots
-    places: np.ndarray  # i4, of these rows in the front above
-    factor_starts: np.ndarray  # (n_fronts + 1,) i8, into the factor's numbers
-    entry_starts: np.ndarray  # (n_fronts + 1,) i8, into entries
-    entries: np.ndarray  # (n_entries, 3) i4, the value's number, row and column in the front
-    child_starts: np.ndarray  # (n_fronts + 1,) i8, into children
-    children: np.ndarray  # i4, fronts whose rest each front takes, ascending
-    kept: np.ndarray  # (n_fronts,) i8, where among the numbers kept its rest is; -1: on a stack
-    n_kept: int  # numbers kept: what one thread leaves for the last
-    largest: int  # rows of the largest front
-    deepest: int  # numbers on a stack at most
+    size: int  # rows of a block
+    firsts: Ints  # (n_fronts + 1,) i4, first pivot of each front, in blocks
+    above: Ints  # (n_fronts,) i4, the front that takes what is left; -1 if nothing is left
+    starts: Offsets  # (n_fronts + 1,) i8, where the rows and places of each front begin
+    rows: Ints  # i4, rows of each front below its pivots, in blocks
+    places: Ints  # i4, the places of these rows in the front above, in blocks
+    factor_starts: Offsets  # (n_fronts + 1,) i8, where the factor's numbers of each front begin
+    entry_starts: Offsets  # (n_fronts + 1,) i8, where the entries of each front begin
+    entries: Ints  # (n_entries, 3) i4, number of the value, and row and column in the front
+    child_starts: Offsets  # (n_fronts + 1,) i8, where the children of each front begin
+    children: Ints  # i4, fronts whose rest each front takes, ascending
+    kept: Offsets  # (n_fronts,) i8, where the rest begins among the kept numbers; -1: on the stack
+    n_kept: int  # kept numbers: what the threads leave for the last run
+    largest: int  # rows of the largest front, in numbers
+    deepest: int  # largest number of numbers on a stack
 
 
 @compiled
-def _add_entries(fronts, values, begin, end, front):
+def _add_entries(fronts: Fronts, values: Floats, begin: AnyInt, end: AnyInt, front: Floats) -> None:
+    """Add the matrix's entries begin..end to their front."""
     b = fronts.size
     for e in range(begin, end):
         number, row, column = fronts.entries[e, 0], fronts.entries[e, 1], fronts.entries[e, 2]
@@ -47,14 +53,19 @@ def _add_entries(fronts, values, begin, end, front):
 
 
 @compiled
-def _add(source, target):
-    for j in range(target.shape[0]):  # from 0, or it does not vectorise
+def _add(source: Floats, target: Floats) -> None:
+    """Add the numbers of a vector to one of the same length."""
+    for j in range(target.shape[0]):  # from 0: otherwise the compiler does not vectorise it
         target[j] += source[j]
 
 
 @compiled
-def _add_rest(b, places, rest, ends, front):
-    """What a front below left over; upper triangles, in runs of places side by side."""
+def _add_rest(b: int, places: Ints, rest: Floats, ends: Indices, front: Floats) -> None:
+    """Add to a front what a front below it left over.
+
+    Both are upper triangles. Places that follow each other directly form a run, which is added in
+    one loop. `ends` is work space for the ends of the runs.
+    """
     n = places.shape[0]
     for q in range(n - 1, -1, -1):
         goes_on = q + 1 < n and places[q + 1] == places[q] + 1
@@ -70,8 +81,16 @@ def _add_rest(b, places, rest, ends, front):
 
 
 @compiled
-def _take_rest(fronts, s, top, stack, kept, ends, front):
-    """Add what the children of a front left over; returns the new top of the stack."""
+def _take_rests(
+    fronts: Fronts,
+    s: AnyInt,
+    top: AnyInt,
+    stack: Floats,
+    kept: Floats,
+    ends: Indices,
+    front: Floats,
+) -> AnyInt:
+    """Add to front s what its children left over, and return the new top of the stack."""
     b = fronts.size
     for c in range(fronts.child_starts[s + 1] - 1, fronts.child_starts[s] - 1, -1):
         child = fronts.children[c]
@@ -88,31 +107,38 @@ def _take_rest(fronts, s, top, stack, kept, ends, front):
 
 
 @compiled
-def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
+def eliminate(
+    fronts: Fronts,
+    chosen: Ints,
+    values: Floats,
+    smallest: float,
+    kept_out: Floats,
+    factor_out: Floats,
+) -> None:
     """Factor some fronts, one after the other.
 
     Args:
-        fronts: `Fronts`.
-        chosen: (n,) i4, fronts in ascending order; all below them are among them, or have
-            been eliminated before and kept.
-        values: (n_values, size, size) f8, blocks of the upper triangle. Blocks off the
-            diagonal are taken for symmetric, so that their side does not matter.
-        smallest: pivots of this or less are left out, see `partial_cholesky`.
-        kept_out: (n_kept,) f8, what fronts above that are not among the chosen will take.
-        factor_out: (factor_starts[-1],) f8, for each front the rows of its pivots.
+        fronts: The shape of the factorisation.
+        chosen: (n,) i4, the fronts, ascending. All fronts below them are among them, or have been
+            eliminated before, and their rests were kept.
+        values: (n_values, size, size) f8, blocks of the upper triangle. Blocks off the diagonal
+            are taken for symmetric, so that it does not matter on which side they are.
+        smallest: Pivots of this or less are left out, see `partial_cholesky`.
+        kept_out: (n_kept,) f8, the rests for fronts that are not among the chosen ones.
+        factor_out: (factor_starts[-1],) f8, the rows of the pivots of each front.
     """
     b = fronts.size
     work, stack, top = np.empty(fronts.largest**2), np.empty(fronts.deepest), 0
     ends = np.empty(fronts.largest, np.int64)
     tiles = np.empty(work_of_cholesky(fronts.largest))
     for c in range(chosen.shape[0]):
-        s = chosen[c]
+        s: AnyInt = chosen[c]
         pivots = b * (fronts.firsts[s + 1] - fronts.firsts[s])
         n = pivots + b * (fronts.starts[s + 1] - fronts.starts[s])
         front = work[: n * n].reshape((n, n))
         work[: n * n] = 0.0
         _add_entries(fronts, values, fronts.entry_starts[s], fronts.entry_starts[s + 1], front)
-        top = _take_rest(fronts, s, top, stack, kept_out, ends, front)
+        top = _take_rests(fronts, s, top, stack, kept_out, ends, front)
         partial_cholesky(front, n, pivots, smallest, tiles)
         at = fronts.factor_starts[s]
         factor_out[at : at + pivots * n] = work[: pivots * n]
@@ -128,19 +154,21 @@ def eliminate(fronts, chosen, values, smallest, kept_out, factor_out):
 
 
 @compiled
-def solve_upwards(fronts, chosen, factor, x, rests):
-    """x <- R^-T x for the pivots of some fronts, one after the other.
+def solve_upwards(fronts: Fronts, chosen: Ints, factor: Floats, x: Floats, rests: Floats) -> None:
+    """Compute x <- R^-T x for the pivots of some fronts, one after the other.
 
     Args:
-        fronts, chosen: as of `eliminate`.
+        fronts: The shape of the factorisation.
+        chosen: (n,) i4, the fronts, as in `eliminate`.
         factor: (factor_starts[-1],) f8, R.
         x: (n_blocks * size,) f8, in the order of elimination.
-        rests: (size * starts[-1],) f8: for each front, what its rows take from those above.
+        rests: (size * starts[-1],) f8, what each front adds to the numbers of x that belong to its
+            rows, which are pivots of fronts above.
     """
     b = fronts.size
     part = np.empty(fronts.largest)
     for c in range(chosen.shape[0]):
-        s = chosen[c]
+        s: AnyInt = chosen[c]
         first, pivots = b * fronts.firsts[s], b * (fronts.firsts[s + 1] - fronts.firsts[s])
         begin, end = b * fronts.starts[s], b * fronts.starts[s + 1]
         n = pivots + end - begin
@@ -164,12 +192,15 @@ def solve_upwards(fronts, chosen, factor, x, rests):
 
 
 @compiled
-def solve_downwards(fronts, chosen, factor, x):
-    """x <- R^-1 x for the pivots of some fronts, the last of them first."""
+def solve_downwards(fronts: Fronts, chosen: Ints, factor: Floats, x: Floats) -> None:
+    """Compute x <- R^-1 x for the pivots of some fronts, the last of them first.
+
+    The arguments are those of `solve_upwards`.
+    """
     b = fronts.size
     part = np.empty(fronts.largest)
     for c in range(chosen.shape[0] - 1, -1, -1):
-        s = chosen[c]
+        s: AnyInt = chosen[c]
         first, pivots = b * fronts.firsts[s], b * (fronts.firsts[s + 1] - fronts.firsts[s])
         for k in range(pivots):
             part[k] = x[first + k]
@@ -182,7 +213,7 @@ def solve_downwards(fronts, chosen, factor, x):
         for k in range(pivots - 1, -1, -1):
             row = factor[at + k * n : at + (k + 1) * n]
             value = part[k]
-            # four sums: one would wait for each addition
+            # four sums, because a single one would wait for each addition
             by_1, by_2, by_3 = 0.0, 0.0, 0.0
             whole = k + 1 + (n - k - 1) // 4 * 4
             for j in range(k + 1, whole, 4):

@@ -9,7 +9,7 @@ has a multiplier l_j >= 0, and mu > 0 is the penalty:
 Here x is the displacement from the proposed positions, so that nothing cancels there; N_j is the
 normal of impact j, a_jk its coefficient at node k, and s_j the value of c_j at x = 0. The weights
 are w = 2 kappa, where sum_i kappa_i x_i^2 is the objective g. The caller chooses the variables:
-metres, or those of SPEC section 5.
+metres, or those of docs/method section 5.
 
 A constraint is active where c_j + l_j / mu > 0. Between the points where a constraint becomes
 active or inactive, L is quadratic. Its generalised Hessian is diag(w) + mu sum_active A_j A_j^T.
@@ -21,8 +21,8 @@ One thread or several work on a zone (`base/serial/thread_group.py`). Constraint
 constraints, and then each vertex gathers from its constraints in their order. So no thread adds to
 a number to which another one adds.
 
-Source: SPEC section 3; XRTailor documentation, "Impact Zone Optimization", eqs. 5 to 11. Eq. 9 is
-taken as it is meant, with the slack eliminated (clamped).
+Source: docs/method section 3; XRTailor documentation, "Impact Zone Optimization", eqs. 5 to 11.
+Eq. 9 is taken as it is meant, with the slack eliminated (clamped).
 """
 
 from typing import NamedTuple
@@ -129,7 +129,7 @@ def evaluate(zone: Zone, penalty: float) -> Measures:
     With max(l + mu c, 0) as multipliers, the gradient of L is what is missing from
     stationarity. So the duality gap of this pair is error / 2 + products.
 
-    Source: SPEC section 8.
+    Source: docs/method section 8.
     """
     group = zone.group
     mu = zone.x.dtype.type(penalty)

@@ -1,6 +1,6 @@
 """Solve one small zone on one thread, and judge the answer.
 
-In scaled variables (SPEC section 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with
+In scaled variables (docs/method section 5) a zone is: minimise 1/2 |z|^2 subject to C z >= s, with
 constraints of unit length and multipliers u >= 0. Three methods solve it:
 
 * The closed form serves zones of one impact.
@@ -153,7 +153,7 @@ def _solve_single_impact(
 ) -> None:
     """Solve a zone of one impact: u = max(0, s / K), and K = 1 for a constraint of unit length.
 
-    Source: SPEC section 5.
+    Source: docs/method section 5.
     """
     multipliers_out[impact] = max(rhs[impact], 0.0)
     z = z_out[3 * first : 3 * last]

@@ -15,7 +15,7 @@ def relative_gap(measures: Measures) -> float:
 
     The gap is what is missing from stationarity and from complementarity.
 
-    Source: SPEC section 8.
+    Source: docs/method section 8.
     """
     gap = 0.5 * measures.error + measures.products
     if measures.objective > 0.0:

@@ -1,28 +1,43 @@
 """Projected Gauss-Seidel on the multipliers of one zone, plain or accelerated.
 
-In scaled variables (SPEC 5) the dual of a zone is: minimise 1/2 |C^T u|^2 - s . u subject to
-u >= 0. A sweep minimises it over one multiplier after the other; z = C^T u is kept. The
-accelerated form begins each sweep a little beyond the last, and from the last itself when
-that went wrong.
+In scaled variables (docs/method section 5) the dual of a zone is: minimise
+1/2 |C^T u|^2 - s . u subject to u >= 0. A sweep minimises it over one multiplier after the other,
+and keeps z = C^T u up to date.
 
-Source: D. P. Bertsekas, Nonlinear Programming (1999), 2.7 for sweeps; B. O'Donoghue,
-E. Candes, Adaptive restart for accelerated gradient schemes (2015), 3.2, for restarts. That
-sweeps take the place of gradient steps there has no proof; an increase restarts it.
+The accelerated form does not begin a sweep at the last point, but a little beyond it, in the
+direction from the point before. Where the last sweep increased the dual, the next one begins at the
+last point itself.
+
+Source: for sweeps, D. P. Bertsekas, Nonlinear Programming (1999), section 2.7; for restarts, B.
+O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes (2015), section 3.2. Here
+sweeps take the place of the gradient steps there. That has no proof, so an increase restarts the
+acceleration.
 """
 
 import math
 
 import numpy as np
 
+from izo_ref.base.arrays import AnyFloats, AnyInt, Floats, Ints
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.constraints import add_constraint, constraint_dot, pull, residuals
 
-# Sweeps between two looks at the residuals, which cost half a sweep.
+# Sweeps between two computations of the residuals, each of which costs half a sweep.
 INTERVAL = 4
 
 
 @compiled
-def _sweep(first, nodes, coefficients, normals, s, diagonal, u, z):
+def _sweep(
+    first: int,
+    nodes: Ints,
+    coefficients: AnyFloats,
+    normals: AnyFloats,
+    s: AnyFloats,
+    diagonal: AnyFloats,
+    u: AnyFloats,
+    z: AnyFloats,
+) -> None:
+    """Minimise the dual over one multiplier after the other; `diagonal` is that of C C^T."""
     for j in range(u.shape[0]):
         if diagonal[j] > 0.0:
             missing = s[j] - constraint_dot(j, first, nodes, coefficients, normals, z)
@@ -34,44 +49,53 @@ def _sweep(first, nodes, coefficients, normals, s, diagonal, u, z):
 
 @compiled
 def sweeps(
-    begin,
-    end,
-    first,
-    last,
-    all_nodes,
-    all_coefficients,
-    all_normals,
-    rhs,
-    all_metres,
-    accelerated,
-    max_sweeps,
-    gap_tolerance,
-    violation_tolerance,
-    multipliers_out,
-    z_out,
-    trace_out,
-):
-    """Sweep over the impacts begin..end and unknowns first..last until they hold.
+    begin: int,
+    end: int,
+    first: int,
+    last: int,
+    all_nodes: Ints,
+    all_coefficients: AnyFloats,
+    all_normals: AnyFloats,
+    rhs: AnyFloats,
+    all_metres: Floats,
+    accelerated: bool,
+    max_sweeps: int,
+    gap_tolerance: float,
+    violation_tolerance: float,
+    multipliers_out: AnyFloats,
+    z_out: AnyFloats,
+    trace_out: Floats,
+) -> AnyInt:
+    """Sweep over the zone of the impacts begin..end and the unknowns first..last.
+
+    The sweeps end when both tolerances are reached, or after `max_sweeps`.
 
     Args:
-        all_nodes, all_coefficients, all_normals, rhs: as of `block_pivot`.
-        all_metres: (n_impacts,) f8 [m], violation of a row of 1.
-        accelerated: whether sweeps begin beyond the last one.
-        max_sweeps: at most.
-        gap_tolerance: relative duality gap to reach.
-        violation_tolerance: [m].
-        multipliers_out: (n_impacts,), u; begin..end are written. On entry they are where to
-            begin.
-        z_out: (3 n_unknowns,); those of first..last are written.
-        trace_out: (n, 2): after each sweep 1/2 |z|^2 and the largest violation [m]; as many
-            as it has room for.
+        begin: The zone's first impact.
+        end: Its last impact + 1.
+        first: The zone's first unknown.
+        last: Its last unknown + 1.
+        all_nodes: (n_impacts, 4) i4, of all zones; < 0 for pinned vertices.
+        all_coefficients: (n_impacts, 4) f8 or f4; with the normals, constraints of unit length.
+        all_normals: (n_impacts, 3) f8 or f4.
+        rhs: (n_impacts,) f8 or f4 [m kg^1/2], s.
+        all_metres: (n_impacts,) f8 [m], what a violation of 1 is in metres.
+        accelerated: Whether sweeps begin beyond the last point.
+        max_sweeps: Largest number of sweeps.
+        gap_tolerance: Relative duality gap to reach.
+        violation_tolerance: [m], violation to reach.
+        multipliers_out: (n_impacts,) f8 or f4, u; begin..end are written. On entry, the
+            multipliers to begin with.
+        z_out: (3 n_unknowns,) f8 or f4; the coordinates of first..last are written.
+        trace_out: (k, 2) f8, 1/2 |z|^2 and the largest violation [m] after each of the first k
+            sweeps; k may be 0.
 
     Returns:
         The number of sweeps.
     """
-    rows = slice(begin, end)
-    nodes, coefficients, normals = all_nodes[rows], all_coefficients[rows], all_normals[rows]
-    s, metres, u = rhs[rows], all_metres[rows], multipliers_out[rows]
+    own = slice(begin, end)
+    nodes, coefficients, normals = all_nodes[own], all_coefficients[own], all_normals[own]
+    s, metres, u = rhs[own], all_metres[own], multipliers_out[own]
     z = z_out[3 * first : 3 * last]
     diagonal, before = np.zeros_like(u), np.empty_like(u)
     pull(first, nodes, coefficients, normals, u, z)
@@ -89,9 +113,9 @@ def sweeps(
             beyond = (momentum - 1.0) / following
             momentum = following
             for j in range(u.shape[0]):
-                own = u[j]
-                u[j] = max(own + beyond * (own - before[j]), 0.0)
-                before[j] = own
+                last_u = u[j]
+                u[j] = max(last_u + beyond * (last_u - before[j]), 0.0)
+                before[j] = last_u
             pull(first, nodes, coefficients, normals, u, z)
         _sweep(first, nodes, coefficients, normals, s, diagonal, u, z)
         if accelerated:
@@ -105,7 +129,7 @@ def sweeps(
             lowest = value
         traced = number < trace_out.shape[0]
         if traced or number % INTERVAL == INTERVAL - 1 or number < INTERVAL:
-            pull(first, nodes, coefficients, normals, u, z)  # rounding of the steps adds up
+            pull(first, nodes, coefficients, normals, u, z)  # the rounding of the steps adds up
             violation, gap = residuals(first, nodes, coefficients, normals, s, metres, u, z)
             if traced:
                 trace_out[number, 0] = 0.0

@@ -21,7 +21,7 @@ def join_labels(
     # Out:
     labels_out: Indices,  # (n_vertices,) i8, a vertex of the same zone, at most the own number
     changed_out: Indices,  # (1,) i8, becomes 1 if a label changed
-):
+) -> None:
     """Give the least label at each impact to all of its unpinned vertices and to their roots."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
@@ -44,7 +44,7 @@ def shorten_labels(
     labels: Indices,  # (n_vertices,) i8
     # Out:
     labels_out: Indices,  # (n_vertices,) i8
-):
+) -> None:
     """Replace each label by the last one on the way from label to label."""
     v = cuda.grid(1)
     if v < labels.shape[0]:
@@ -63,7 +63,7 @@ def label_impacts(
     # Out:
     components_out: Indices,  # (n_impacts,) i8, least vertex of the zone; -1 if all are pinned
     joined_out: Flags,  # (n_vertices,) b1, becomes true for the unpinned vertices of impacts
-):
+) -> None:
     """Give each impact the label of its unpinned vertices, and mark these vertices."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
@@ -80,7 +80,7 @@ def flag_grouped(
     components: Indices,  # (n_impacts,) i8
     # Out:
     grouped_out: Flags,  # (n_impacts,) b1
-):
+) -> None:
     """Mark the impacts that belong to a zone."""
     j = cuda.grid(1)
     if j < components.shape[0]:
@@ -93,7 +93,7 @@ def flag_first(
     keys: Indices,  # (n,) i8, ascending
     # Out:
     first_out: Flags,  # (n + 1,) b1
-):
+) -> None:
     """Mark where a key differs from the one before it, and the end of the keys."""
     i = cuda.grid(1)
     if i <= keys.shape[0]:
@@ -106,7 +106,7 @@ def find_blocks(
     offsets: Offsets,  # (n_blocks + 1,) i8, where each block begins, and the end
     # Out:
     blocks_out: Indices,  # (offsets[n_blocks],) i8
-):
+) -> None:
     """Find the block that each entry is in."""
     i = cuda.grid(1)
     if i < blocks_out.shape[0]:
@@ -120,7 +120,7 @@ def flag_members(
     chosen: Flags,  # (n_blocks,) b1
     # Out:
     members_out: Flags,  # (n,) b1
-):
+) -> None:
     """Mark the entries whose block is chosen."""
     i = cuda.grid(1)
     if i < block_of_each.shape[0]:
@@ -133,7 +133,7 @@ def count_members(
     offsets: Offsets,  # (n_blocks + 1,) i8, where each block begins, and the end
     # Out:
     sizes_out: Indices,  # (n_blocks,) i8
-):
+) -> None:
     """Count the entries of each block."""
     i = cuda.grid(1)
     if i < sizes_out.shape[0]:

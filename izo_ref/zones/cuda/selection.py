@@ -20,7 +20,7 @@ def rank_impacts(
     order: Indices,  # (n_impacts,) i8, impacts by time of impact
     # Out:
     ranks_out: Indices,  # (n_impacts,) i8
-):
+) -> None:
     """Write the rank of each impact, its place in the order of times."""
     i = cuda.grid(1)
     if i < order.shape[0]:
@@ -36,7 +36,7 @@ def claim_vertices(
     states: Codes,  # (n_impacts,) i1
     # Out:
     owners_out: Indices,  # (n_vertices,) i8, n_impacts before, and where no impact is undecided
-):
+) -> None:
     """Write the lowest rank of the undecided impacts at each unpinned vertex."""
     j = cuda.grid(1)
     if j < nodes.shape[0] and states[j] == UNDECIDED:
@@ -56,7 +56,7 @@ def take_owners(
     # Out:
     states_out: Codes,  # (n_impacts,) i1
     seen_out: Flags,  # (n_vertices,) b1, becomes true for the vertices of impacts that are taken
-):
+) -> None:
     """Take the undecided impacts that own their unpinned vertices."""
     j = cuda.grid(1)
     if j < nodes.shape[0] and states_out[j] == UNDECIDED:
@@ -80,7 +80,7 @@ def drop_others(
     # Out:
     states_out: Codes,  # (n_impacts,) i1
     undecided_out: Flags,  # (n_impacts,) b1
-):
+) -> None:
     """Drop the undecided impacts at an unpinned vertex that was seen, and mark the others."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
@@ -96,7 +96,7 @@ def flag_taken(
     states: Codes,  # (n_impacts,) i1
     # Out:
     taken_out: Flags,  # (n_impacts,) b1
-):
+) -> None:
     """Mark the impacts that were taken."""
     j = cuda.grid(1)
     if j < states.shape[0]:

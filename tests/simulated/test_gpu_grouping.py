@@ -1,4 +1,4 @@
-"""Selection and zones on the device, against those of the processor."""
+"""Selection and zones on the GPU, compared with those on the CPU."""
 
 import numpy as np
 import pytest
@@ -12,12 +12,14 @@ from izo_ref.zones.gpu_selection import select_impacts
 
 
 class Scene:
+    """The part of a scene that zones read."""
+
     def __init__(self, pinned):
         self.pinned = pinned
 
 
 def random_impacts(rng, n, n_vertices):
-    """Impacts of random vertices, some at the same time."""
+    """Draw impacts of random vertices, some of them at equal times."""
     nodes = np.array([rng.choice(n_vertices, 4, replace=False) for _ in range(n)])
     toi = rng.integers(0, 8, n) / 8.0
     kinds = rng.random(n) < 0.5
@@ -26,7 +28,8 @@ def random_impacts(rng, n, n_vertices):
     )
 
 
-def of_device(impacts):
+def on_gpu(impacts):
+    """Send impacts to the GPU."""
     return Impacts(*(to_gpu(column) for column in impacts))
 
 
@@ -34,16 +37,16 @@ def of_device(impacts):
 @pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
 def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
     impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
-    chosen = to_cpu(select_impacts(of_device(impacts), to_gpu(pinned), name))
+    chosen = to_cpu(select_impacts(on_gpu(impacts), to_gpu(pinned), name))
     expected = np.flatnonzero(selection.select_impacts(impacts, pinned, name))
     assert np.array_equal(chosen, expected)
 
 
 @pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])
-def test_zones_are_those_of_the_processor(rng, n, n_vertices):
+def test_zones_are_those_of_the_cpu(rng, n, n_vertices):
     impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.3
     impacts.nodes[0] = np.flatnonzero(~pinned)[:4]
-    found = build_zones(of_device(impacts), to_gpu(pinned))
+    found = build_zones(on_gpu(impacts), to_gpu(pinned))
     expected = zones.build_zones(Scene(pinned), impacts)
     for own, other in zip(found, expected, strict=True):
         assert np.array_equal(to_cpu(own), other)
@@ -56,6 +59,6 @@ def test_a_chain_is_one_zone(rng):
     order = rng.permutation(n)
     pinned = np.arange(n + 2) == n + 1
     impacts = random_impacts(rng, n, n + 2)._replace(nodes=nodes[order].astype(np.int32))
-    found = build_zones(of_device(impacts), to_gpu(pinned))
+    found = build_zones(on_gpu(impacts), to_gpu(pinned))
     assert to_cpu(found.impact_offsets).tolist() == [0, n]
     assert to_cpu(found.vertices).tolist() == list(range(n + 1))

@@ -1,4 +1,4 @@
-"""A whole step on the device, against one on the processor."""
+"""A whole step on the GPU, compared with one on the CPU."""
 
 import numpy as np
 import pytest
@@ -10,38 +10,32 @@ from izo_ref.base.options import LAGRANGIAN
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.presets import GPU_METHOD, PRESETS
-from tests.helpers.shapes import grid, two_sheets, vertex_over_face
+from tests.helpers.shapes import pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
 
 
-def pinch(end_gap):
-    """A free sheet between two pinned ones that close to `end_gap`, or pass each other."""
-    sheet, faces = grid(2)
-    between = sheet * (0.9, 0.9, 1) + (0.05, 0.04, 0.0)
-    start = np.concatenate([sheet + (0.0, 0.0, -0.1), between, sheet + (0.0, 0.0, 0.1)])
-    end, pinned = start.copy(), np.arange(12) // 4 != 1
-    end[:4, 2], end[8:, 2] = -0.5 * end_gap, 0.5 * end_gap
-    end[4:8, 2] += 0.2
-    return izo_ref.Scene(
-        start, end, np.concatenate([faces + 4 * k for k in range(3)]), None, pinned
-    )
+def small_pinched_sheet(end_gap):
+    """Return a pinched sheet of four vertices."""
+    return pinched_sheet(end_gap, bump=0.2, side=2)
 
 
 def scenes(rng):
+    """Return small scenes by name; nothing moves in the last one."""
     apart = two_sheets(rng, 2)
     apart.positions_t1[:] = apart.positions_t0
     return {
         "face": vertex_over_face(),
         "sheets": two_sheets(rng, 3),
         "pinned": two_sheets(rng, 3, pinned_below=True),
-        "fits": pinch(0.05),
+        "fits": small_pinched_sheet(0.05),
         "apart": apart,
     }
 
 
 def assert_same(found, expected):
+    """Check that two results have the same bits, except for the objectives of the history."""
     assert found.status is expected.status
     assert np.array_equal(found.positions, expected.positions)
     assert np.array_equal(found.multipliers, expected.multipliers)
@@ -54,14 +48,14 @@ def assert_same(found, expected):
     for own, other in zip(found.history, expected.history, strict=True):
         assert own[:3] == other[:3]
         assert own[4:9] == other[4:9]
-        # sums in another order: of n terms, each not negative
+        # The GPU sums in another order n terms that are not negative.
         assert own.objective == pytest.approx(other.objective, rel=1e-13)
-    if found.history[0].round == 0:  # later ones of the processor leave out what did not move
+    if found.history[0].round == 0:  # later detections on the CPU skip what did not move
         assert found.history[0].candidates == expected.history[0].candidates
 
 
 @pytest.mark.parametrize("name", ["face", "sheets", "pinned", "fits", "apart"])
-def test_a_step_ends_as_on_the_processor(rng, name):
+def test_a_step_ends_as_on_the_cpu(rng, name):
     scene = scenes(rng)[name]
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.FREE
@@ -70,14 +64,14 @@ def test_a_step_ends_as_on_the_processor(rng, name):
 
 
 @pytest.mark.parametrize("selection", ["first-of-any", "all"])
-def test_selections(rng, selection):
+def test_every_selection_ends_as_on_the_cpu(rng, selection):
     scene, options = two_sheets(rng, 2), Options(selection=selection)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
 @pytest.mark.parametrize("plan", ["everything", ("incremental",)])
-def test_rules_left_out(rng, plan):
+def test_plans_with_fewer_rules_end_as_on_the_cpu(rng, plan):
     scene, options = two_sheets(rng, 2), Options(plan=plan)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
@@ -85,15 +79,15 @@ def test_rules_left_out(rng, plan):
     assert [i.solved for i in found.history] == [i.solved for i in expected.history]
 
 
-def test_what_no_positions_satisfy_is_scaled_back(rng):
-    scene = pinch(0.01)
+def test_a_sheet_that_does_not_fit_ends_as_on_the_cpu(rng):
+    scene = small_pinched_sheet(0.01)
     expected = izo_ref.resolve(scene, 0.02)
     assert expected.status is not Status.FREE
     assert_same(izo_ref.resolve(scene, 0.02, "cuda"), expected)
 
 
-def test_prescribed_parts_that_meet(rng):
-    scene = pinch(-0.05)
+def test_pinned_sheets_that_meet_are_blocked_as_on_the_cpu(rng):
+    scene = small_pinched_sheet(-0.05)
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.BLOCKED
     found = izo_ref.resolve(scene, 1e-3, "cuda")
@@ -102,7 +96,7 @@ def test_prescribed_parts_that_meet(rng):
 
 
 @pytest.mark.parametrize("enough", [True, False])
-def test_auto_takes_a_gpu_where_it_pays(rng, monkeypatch, enough):
+def test_auto_takes_a_gpu_for_large_scenes_alone(rng, monkeypatch, enough):
     scene = two_sheets(rng, 2)
     monkeypatch.setattr(devices, "GPU_FACES", len(scene.faces) + (not enough))
     line = {line.part: line for line in izo_ref.plan(scene).lines}["a GPU"]
@@ -114,14 +108,14 @@ def test_auto_takes_a_gpu_where_it_pays(rng, monkeypatch, enough):
     assert len(izo_ref.find_impacts(scene, "auto").toi) > 0
 
 
-def test_a_spent_budget(rng):
+def test_a_spent_budget_ends_as_on_the_cpu(rng):
     scene, options = two_sheets(rng, 2), Options(max_iterations=1)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     assert expected.scaled_back
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
-def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
+def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(lagrangian, "MANY", 3)
     monkeypatch.setitem(GPU_METHOD, "max_steps", 1)
@@ -134,7 +128,7 @@ def test_zones_that_are_left_to_the_processor(rng, monkeypatch):
 
 
 @pytest.mark.parametrize(("name", "large"), [("sheets", 4096), ("pinned", 4096), ("pinned", 1)])
-def test_zones_of_a_block_and_of_all_blocks(rng, monkeypatch, name, large):
+def test_zones_of_one_block_or_all_blocks_end_near_the_cpu(rng, monkeypatch, name, large):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(lagrangian, "LARGE", large)
     monkeypatch.setattr(lagrangian, "MANY", 3)
@@ -145,7 +139,7 @@ def test_zones_of_a_block_and_of_all_blocks(rng, monkeypatch, name, large):
     assert found.status is Status.FREE
     for own, other in zip(found.impacts[:2], expected.impacts[:2], strict=True):
         assert np.array_equal(own, other)
-    # both within a gap of 1e-9 of the optimum, so within sqrt(2e-9) of how far that is
+    # Both have a gap of at most 1e-9, so each is within sqrt(2e-9) of the distance to the optimum.
     offsets = [r.positions - scene.positions_t1 for r in (found, expected)]
     size = np.sqrt((scene.masses[:, None] * offsets[1] ** 2).sum())
     apart = np.sqrt((scene.masses[:, None] * (offsets[0] - offsets[1]) ** 2).sum())
@@ -159,11 +153,11 @@ METHODS = [
 
 
 @pytest.mark.parametrize("named", METHODS, ids=lambda named: "-".join(named.values()))
-def test_each_method_step_by_step(rng, monkeypatch, named):
+def test_each_method_takes_the_steps_of_the_cpu(rng, monkeypatch, named):
     monkeypatch.setattr(lagrangian, "MANY", 3)
     scene = two_sheets(rng, 2, pinned_below=True)
     scene.masses[:] = rng.uniform(1.0, 9.0, len(scene.masses))
-    # so few that roundings do not grow, nor decide when a zone is done
+    # So few steps that roundings neither grow nor decide when a zone is done.
     options = Options(**named, max_steps=6, relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
@@ -177,7 +171,7 @@ def test_each_method_step_by_step(rng, monkeypatch, named):
 
 
 @pytest.mark.parametrize("method", LAGRANGIAN)
-def test_each_method_to_its_end(rng, monkeypatch, method):
+def test_each_method_converges_on_the_gpu(rng, monkeypatch, method):
     monkeypatch.setattr(lagrangian, "MANY", 1)
     options = Options(method=method, gap_tolerance=1e-5, violation_tolerance=1e-5, relinearize=0)
     found = izo_ref.resolve(two_sheets(rng, 2), 1e-3, "cuda", options)
@@ -185,7 +179,7 @@ def test_each_method_to_its_end(rng, monkeypatch, method):
     assert found.status is Status.FREE
 
 
-def test_numbers_that_the_processor_makes(monkeypatch):
+def test_float32_zones_are_left_to_the_cpu(monkeypatch):
     monkeypatch.setattr(lagrangian, "FEW", 1)
     scene, options = vertex_over_face(), Options(method="cg", precision="float32")
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)

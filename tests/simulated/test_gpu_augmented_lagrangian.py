@@ -1,4 +1,4 @@
-"""The augmented-Lagrangian methods on the device, against those of the processor."""
+"""The augmented-Lagrangian methods on the GPU, compared with those on the CPU."""
 
 import numpy as np
 import pytest
@@ -17,23 +17,26 @@ from izo_ref.zones.system import problem_system
 from tests.helpers.grids import blocks_together
 from tests.helpers.shapes import random_problem
 
-# compiled, x / 0 is inf without a word
+# In compiled code, x / 0 is inf without a warning; in the simulator numpy warns.
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
 
 
 def blocks_of(monkeypatch, n_threads, warp):
+    """Make all blocks have `n_threads` threads, in warps of `warp` threads."""
     monkeypatch.setattr(lagrangian, "FEW", n_threads)
     monkeypatch.setattr(lagrangian, "MANY", n_threads)
     monkeypatch.setattr(group, "WARP", warp)
 
 
-# one; as many as add each for itself; so few that each has several parts to add
+# (threads of a block, threads of a warp): one thread; a block within one warp; a block of more
+# threads than a warp, whose first threads add several parts each
 BLOCKS = [(1, 2), (3, 4), (5, 2)]
 
 
 def sums_and_maxima(group, values, out):
+    """Write the sums and maxima that this thread gets from its group."""
     k = group.rank()
-    for _ in range(3):  # memory of the one before may still be read
+    for _ in range(3):  # other threads may still read the memory of the round before
         a, b, c = group_sums(group, values[k, 0], values[k, 1], values[k, 2])
         d, e = group_maxima(group, values[k, 0], values[k, 1])
         f = group_sum(group, values[k, 2])
@@ -42,7 +45,7 @@ def sums_and_maxima(group, values, out):
 
 @pytest.mark.parametrize("n_blocks", [None, 1, 2, 7])
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
-def test_thread_groups_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
+def test_all_threads_of_a_group_get_the_same_sums(rng, monkeypatch, n_threads, warp, n_blocks):
     monkeypatch.setattr(group, "WARP", warp)
     n = n_threads * (n_blocks or 1)
     values, out = rng.normal(size=(n, 3)), np.empty((n, 6))
@@ -58,7 +61,8 @@ def test_thread_groups_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, 
     sums, largest = values.sum(axis=0), values.max(axis=0)
     for row in out:
         assert np.array_equal(row, out[0])
-    bound = 2.0 * n * 2.0**-53 * np.abs(values).sum(axis=0)  # of n terms, both sides
+    # Both sums of n terms are rounded.
+    bound = 2.0 * n * 2.0**-53 * np.abs(values).sum(axis=0)
     assert (np.abs(out[0, :3] - sums) <= bound).all()
     assert np.array_equal(out[0, 3:5], largest[:2])
     assert out[0, 5] == out[0, 2]
@@ -66,7 +70,9 @@ def test_thread_groups_come_to_the_same_sums(rng, monkeypatch, n_threads, warp, 
 
 @pytest.mark.parametrize(("n_threads", "warp"), BLOCKS)
 @pytest.mark.parametrize("method", METHOD_PARAMETERS)
-def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method, n_threads, warp):
+def test_zones_solved_by_one_block_each_are_those_of_the_cpu(
+    rng, monkeypatch, method, n_threads, warp
+):
     blocks_of(monkeypatch, n_threads, warp)
     problems = [random_problem(rng, n, mass_ratio=1e3) for n in (1, 2, 4)]
     options = Options(method=method, max_steps=30)
@@ -76,7 +82,7 @@ def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method,
     assert expected.iterations.max() > 2
     assert np.array_equal(found.iterations, expected.iterations)
     assert np.array_equal(found.methods, expected.methods)
-    # sums in another order: a few roundings a step, which 30 steps do not let grow
+    # The GPU sums in another order: a few roundings in each of at most 30 steps.
     size = np.abs(expected.displacements).max()
     np.testing.assert_allclose(found.displacements, expected.displacements, atol=1e-13 * size)
     if n_threads == 1:
@@ -86,7 +92,7 @@ def test_zones_side_by_side_are_those_of_the_processor(rng, monkeypatch, method,
 
 @pytest.mark.parametrize("n_blocks", [1, 3])
 @pytest.mark.parametrize("method", METHOD_PARAMETERS)
-def test_large_zones_by_several_blocks_are_those_of_the_processor(
+def test_large_zones_solved_by_several_blocks_are_those_of_the_cpu(
     rng, monkeypatch, method, n_blocks
 ):
     blocks_of(monkeypatch, 2, 2)
@@ -105,7 +111,7 @@ def test_large_zones_by_several_blocks_are_those_of_the_processor(
 
 
 @pytest.mark.parametrize("method", METHOD_PARAMETERS)
-def test_single_precision(rng, monkeypatch, method):
+def test_float32_solves_to_a_loose_tolerance(rng, monkeypatch, method):
     blocks_of(monkeypatch, 3, 2)
     problem = random_problem(rng, 3)
     options = {"method": method, "precision": "float32", "max_steps": 300, "tolerance": 1e-4}
@@ -114,7 +120,7 @@ def test_single_precision(rng, monkeypatch, method):
 
 
 @pytest.mark.parametrize("preset", PRESETS)
-def test_presets_step_by_step(rng, monkeypatch, preset):
+def test_presets_have_the_trace_of_the_cpu(rng, monkeypatch, preset):
     blocks_of(monkeypatch, 1, 32)
     problem = random_problem(rng, 3)
     found = izo_ref.solve_zone(problem, preset=preset, max_steps=5, trace=True, device="cuda")
@@ -123,13 +129,13 @@ def test_presets_step_by_step(rng, monkeypatch, preset):
     assert np.array_equal(found.trace, expected.trace)
 
 
-def test_the_default_of_the_device(rng, monkeypatch):
+def test_the_default_method_of_a_gpu_is_newton(rng, monkeypatch):
     blocks_of(monkeypatch, 3, 2)
     found = izo_ref.solve_zone(random_problem(rng, 5, mass_ratio=1e3), device="cuda")
     assert found.method == "newton"
     assert found.residuals.solved(1e-9, 1e-9)
 
 
-def test_methods_of_the_processor_are_named(rng):
+def test_methods_of_the_cpu_alone_are_refused_on_a_gpu(rng):
     with pytest.raises(DeviceUnavailableError, match="'interior-point' runs on the CPU only"):
         izo_ref.solve_zone(random_problem(rng, 2), "interior-point", device="cuda")

@@ -1,4 +1,4 @@
-"""Sums, choices and orders on the device, against numpy."""
+"""Operations on arrays of a GPU, compared with numpy."""
 
 import sys
 import types
@@ -20,7 +20,7 @@ SIZES = [1, 3, TILE, 3 * TILE + 3]
 
 @pytest.fixture(autouse=True)
 def small_blocks(monkeypatch):
-    """The simulator has a thread of the system for each of a block."""
+    """Make blocks small: the simulator starts a thread of the system for each of their threads."""
     sizes = {"THREADS": THREADS, "ITEMS": ITEMS, "TILE": TILE, "TILES": 4 * TILE}
     for module in (_jit, kernels, arrays):
         for name, value in sizes.items():
@@ -29,14 +29,14 @@ def small_blocks(monkeypatch):
 
 
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 1])
-def test_sums_before_each(rng, n):
+def test_offsets_are_the_sums_before_each_entry(rng, n):
     values = rng.integers(0, 9, n)
     starts = arrays.to_cpu(arrays.offsets_of(arrays.to_gpu(values)))
     assert np.array_equal(starts, np.concatenate(([0], np.cumsum(values))))
 
 
 @pytest.mark.parametrize("n", [0, *SIZES])
-def test_where_flags_are_true(rng, n):
+def test_flatnonzero_finds_the_true_flags(rng, n):
     flags = rng.random(n) < 0.3
     index = arrays.to_cpu(arrays.flatnonzero(arrays.to_gpu(flags)))
     assert np.array_equal(index, np.flatnonzero(flags))
@@ -49,7 +49,7 @@ def test_orders_are_stable(rng, n):
     assert np.array_equal(order, np.argsort(keys, kind="stable"))
 
 
-def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
+def test_long_arrays_are_sorted_by_cupy_if_it_is_installed(rng, monkeypatch):
     asked = []
 
     def argsort(keys):
@@ -60,7 +60,7 @@ def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
     monkeypatch.setitem(sys.modules, "cupy", cupy)
     keys = rng.integers(-3, 4, 5 * TILE)
     for there in (False, True):
-        # the simulator never says that it is there
+        # In the simulator, cupy is never reported as installed.
         assert not interop.has_cupy()
         monkeypatch.setattr(arrays, "has_cupy", lambda there=there: there)
         order = arrays.to_cpu(arrays.stable_argsort(arrays.to_gpu(keys)))
@@ -69,17 +69,17 @@ def test_long_orders_are_those_of_cupy_where_it_is(rng, monkeypatch):
 
 
 @pytest.mark.parametrize("n", [*SIZES, TILE**2 + 2])
-def test_columns_are_reduced(rng, n):
+def test_columns_are_reduced_to_sum_largest_and_least(rng, n):
     for values in (rng.normal(size=(n, 3)), rng.integers(-9, 9, (n, 3))):
         own = arrays.to_gpu(values)
         assert arrays.reduce(own, LARGEST, 1) == values[:, 1].max()
         assert arrays.reduce(own, LEAST, 2) == values[:, 2].min()
-        # of n terms, whatever the order
+        # the rounding of a sum of n terms in any order
         bound = n * 2.0**-53 * np.abs(values[:, 0]).sum()
         assert abs(arrays.reduce(own, SUM) - values[:, 0].sum()) <= bound
 
 
-def test_rows_are_taken_and_joined(rng):
+def test_rows_are_taken_and_concatenated(rng):
     rows, index = rng.normal(size=(7, 3)), np.array([6, 0, 0])
     taken = arrays.take(arrays.to_gpu(rows), arrays.to_gpu(index))
     assert np.array_equal(arrays.to_cpu(taken), rows[index])
@@ -91,19 +91,21 @@ def test_rows_are_taken_and_joined(rng):
 
 
 def refusing(message):
+    """Return a `device_array` that fails with this message."""
+
     def device_array(shape, dtype):
         raise arrays.CudaAPIError(2, message)
 
     return device_array
 
 
-def test_memory_that_is_not_there_is_said(monkeypatch):
+def test_missing_memory_is_reported_with_its_size(monkeypatch):
     monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_OUT_OF_MEMORY"))
     with pytest.raises(DeviceMemoryError, match="24 MiB more are needed"):
         arrays.empty((1 << 20, 3), np.float64)
 
 
-def test_other_errors_of_the_device_stay_what_they_are(monkeypatch):
+def test_other_errors_of_the_gpu_are_passed_on(monkeypatch):
     monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_ILLEGAL_ADDRESS"))
     with pytest.raises(arrays.CudaAPIError, match="ILLEGAL"):
         arrays.empty(3, np.float64)

@@ -1,4 +1,4 @@
-"""Arrays that are on a device already."""
+"""Scenes whose arrays are already on a GPU."""
 
 from types import SimpleNamespace
 
@@ -16,11 +16,12 @@ from tests.helpers.shapes import two_sheets
 
 
 def arguments(scene, send=cuda.to_device):
+    """Return the arrays of a scene, each sent to the GPU."""
     columns = scene.positions_t0, scene.positions_t1, scene.faces, scene.masses, scene.pinned
     return [send(column) for column in columns]
 
 
-def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
+def test_a_scene_from_gpu_arrays_ends_as_one_from_the_cpu(rng):
     scene = two_sheets(rng, 3, pinned_below=True)
     own = izo_ref.Scene(*arguments(scene))
     for name in ("positions_t0", "positions_t1", "faces", "masses", "pinned"):
@@ -35,7 +36,7 @@ def test_a_scene_of_a_device_ends_as_one_of_the_processor(rng):
     assert certificate.free
 
 
-def test_positions_are_read_where_they_are(rng, monkeypatch):
+def test_positions_on_the_gpu_are_not_sent_again(rng, monkeypatch):
     scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
     sent, send = [], arrays.to_gpu
     modules = "base.gpu_arrays", "loop.gpu_step", "detection.gpu_detector"
@@ -43,11 +44,11 @@ def test_positions_are_read_where_they_are(rng, monkeypatch):
         monkeypatch.setattr(f"izo_ref.{module}.to_gpu", lambda a: sent.append(a.shape) or send(a))
     izo_ref.resolve(scene, 1e-3, "cuda")
     assert sent
-    # the certificate alone, which is not looked at here, takes what is returned on the processor
+    # Only the certificate, which is not recorded here, takes the positions returned on the CPU.
     assert (len(scene.masses), 3) not in sent
 
 
-def test_single_precision_comes_in_as_it_is(rng):
+def test_float32_positions_are_accepted(rng):
     scene = two_sheets(rng, 3)
     positions = [array.astype(np.float32) for array in (scene.positions_t0, scene.positions_t1)]
     own = izo_ref.Scene(*map(cuda.to_device, positions), scene.faces)
@@ -55,14 +56,14 @@ def test_single_precision_comes_in_as_it_is(rng):
     assert np.array_equal(izo_ref.resolve(own, 1e-3, "cuda").positions, expected.positions)
 
 
-def test_what_was_scaled_back_goes_out_too(rng):
+def test_scaled_back_positions_are_returned_on_the_gpu_too(rng):
     scene, options = two_sheets(rng, 2), izo_ref.Options(max_iterations=1)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert found.scaled_back
     assert np.array_equal(found.positions_on_gpu.copy_to_host(), found.positions)
 
 
-def test_bad_arrays_of_a_device_are_named(rng):
+def test_bad_gpu_arrays_are_named(rng):
     scene = two_sheets(rng, 2)
     start, _, *others = arguments(scene)
     bad = scene.positions_t1.copy()
@@ -74,19 +75,21 @@ def test_bad_arrays_of_a_device_are_named(rng):
 
 
 class OfDlpack:
-    """What PyTorch and others hand out, here of the processor's memory."""
+    """An array with DLPack alone, as PyTorch and others have them, here in memory of the CPU."""
 
     def __init__(self, array, device):
         self._array, self._device = array, device
 
     def __dlpack__(self, **kwargs):
+        """Return the capsule of the array."""
         return self._array.__dlpack__()
 
     def __dlpack_device__(self):
+        """Return the kind and the number of the device that the array claims to be on."""
         return self._device
 
 
-def test_what_has_dlpack_alone_is_described():
+def test_an_array_with_dlpack_alone_is_described():
     values = np.arange(12.0, dtype=np.float32).reshape(4, 3)[::2]
     found = Described(OfDlpack(values, (1, 0)), -1).__cuda_array_interface__
     same = np.array(values, copy=False).__array_interface__
@@ -98,8 +101,8 @@ def test_what_has_dlpack_alone_is_described():
     ("stream", "has_dlpack", "by_dlpack"),
     [(None, True, True), (1, True, False), (None, False, False), (1, False, False)],
 )
-def test_what_is_still_written_is_waited_for(monkeypatch, stream, has_dlpack, by_dlpack):
-    """By the stream that an array names, or by DLPack; where it has neither, nobody can."""
+def test_arrays_still_being_written_are_waited_for(monkeypatch, stream, has_dlpack, by_dlpack):
+    """The array names a stream, or DLPack waits; with neither, no caller can wait."""
     array = SimpleNamespace(__cuda_array_interface__={"version": 3, "stream": stream})
     if has_dlpack:
         array.__dlpack__ = None
@@ -109,7 +112,7 @@ def test_what_is_still_written_is_waited_for(monkeypatch, stream, has_dlpack, by
 
 
 class OfTorch:
-    """A tensor that is differentiated: it says what it is once it is detached."""
+    """A tensor that requires gradients: its values can be read only after `detach`."""
 
     requires_grad = True
 
@@ -117,18 +120,21 @@ class OfTorch:
         self._values = values
 
     def detach(self):
+        """Return the values."""
         return self._values
 
     @property
     def __cuda_array_interface__(self):
+        """Refuse to describe the array."""
         raise RuntimeError("requires grad")
 
     def __array__(self, *_, **__):
+        """Refuse to become a numpy array."""
         raise RuntimeError("requires grad")
 
 
 @pytest.mark.parametrize("send", [np.asarray, cuda.to_device])
-def test_tensors_that_are_differentiated(rng, send):
+def test_tensors_that_require_gradients_are_detached(rng, send):
     scene = two_sheets(rng, 2)
     start, end = (OfTorch(send(a)) for a in (scene.positions_t0, scene.positions_t1))
     own = izo_ref.Scene(start, end, scene.faces)
@@ -138,21 +144,30 @@ def test_tensors_that_are_differentiated(rng, send):
 
 
 class Managed(np.ndarray):
+    """An array in managed memory, which numpy can read."""
+
     __cuda_ndarray__ = True
 
 
 class Spread:
+    """An array that is spread over several devices."""
+
     def __dlpack_device__(self):
+        """Refuse to name one device."""
         raise BufferError("on several devices")
 
 
 class Backwards:
+    """An array of a GPU with negative strides, which cannot be copied."""
+
     __cuda_ndarray__ = True
 
     def bind(self):
+        """Return the array itself."""
         return self
 
     def copy_to_host(self):
+        """Refuse the copy."""
         raise NotImplementedError("negative strides")
 
 
@@ -162,7 +177,7 @@ def test_arrays_that_cannot_be_copied_are_named(rng):
         izo_ref.Scene(scene.positions_t0, Backwards(), scene.faces)
 
 
-def test_arrays_of_a_gpu_are_known():
+def test_arrays_of_a_gpu_are_recognised():
     values = np.zeros(3)
     assert not is_on_gpu(values)
     assert not is_on_gpu([1.0])

@@ -1,4 +1,4 @@
-"""Detection on the device, against that of the processor: the same bits."""
+"""Detection on the GPU finds what detection on the CPU finds, with the same bits."""
 
 from itertools import pairwise
 
@@ -14,6 +14,7 @@ from tests.helpers.shapes import two_sheets, vertex_over_face
 
 
 def scenes(rng):
+    """Return small scenes by name; nothing moves in the last one."""
     sheets = two_sheets(rng, 4)
     still = two_sheets(rng, 3)
     still.positions_t1[:9] = still.positions_t0[:9]
@@ -23,7 +24,7 @@ def scenes(rng):
 
 
 @pytest.mark.parametrize("name", ["face", "sheets", "one-still", "nothing"])
-def test_impacts_are_those_of_the_processor(rng, name):
+def test_impacts_are_those_of_the_cpu(rng, name):
     scene = scenes(rng)[name]
     expected = izo_ref.find_impacts(scene)
     found = izo_ref.find_impacts(scene, device="cuda")
@@ -33,7 +34,7 @@ def test_impacts_are_those_of_the_processor(rng, name):
         assert np.array_equal(own, other)
 
 
-def test_pairs_are_left_out(rng):
+def test_excluded_pairs_are_left_out(rng):
     scene = two_sheets(rng, 3)
     every = izo_ref.find_impacts(scene)
     scene.excluded = Pairs(every.nodes[::2], every.is_edge_edge[::2])
@@ -42,12 +43,12 @@ def test_pairs_are_left_out(rng):
     assert np.array_equal(found.nodes, izo_ref.find_impacts(scene).nodes)
 
 
-def test_boxes_hold_all_and_lanes_what_moves(rng):
+def test_boxes_hold_all_elements_and_lanes_mark_the_moving_ones(rng):
     scene = two_sheets(rng, 6)
     still = rng.random(len(scene.masses)) < 0.8
     scene.positions_t1[still] = scene.positions_t0[still]
     detector = detect.Detector(scene)
-    for elements in detector._elements:  # what was there before is not to matter
+    for elements in detector._elements:  # old values in the boxes above leaves must not matter
         n = len(elements.tree.nodes)
         for first in elements.levels[:-1]:
             for i in range(n):
@@ -74,7 +75,7 @@ def test_boxes_hold_all_and_lanes_what_moves(rng):
             boxes, moves = np.where(is_low, least, most), np.maximum.reduceat(moves, begins)
 
 
-def test_many_batches_are_as_one(rng, monkeypatch):
+def test_many_batches_find_what_one_batch_finds(rng, monkeypatch):
     scene = two_sheets(rng, 3)
     expected = izo_ref.find_impacts(scene, device="cuda")
     sizes, meeting_pairs = [], detect._meeting_pairs
