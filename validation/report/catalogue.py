@@ -6,7 +6,7 @@ from types import ModuleType
 from typing import NamedTuple
 
 from validation import json_rows
-from validation.rows import read, runs_of
+from validation.rows import RUNS, Row, read, runs_of
 
 PROGRAM = "python -m validation"
 
@@ -128,13 +128,13 @@ def commits(report: Report, reports: Path) -> list[str]:
         reports: The folder of the reports.
     """
     found: list[str] = []
-    for pattern in report.rows:
-        for path in sorted(reports.glob(pattern)):
-            if path.suffix == ".csv" and path.stem != "runs":
-                found += [
-                    run["commit"] for run in runs_of(path.parent, read(path.parent, path.stem))
-                ]
-            elif path.suffix == ".json":
-                loaded = json_rows.load(path)
-                found += [loaded.made.commit] if loaded else []
+    folders: dict[Path, list[Row]] = {}
+    for path in (path for pattern in report.rows for path in sorted(reports.glob(pattern))):
+        if path.suffix == ".csv" and path.stem != RUNS:
+            folders.setdefault(path.parent, []).extend(read(path.parent, path.stem))
+        elif path.suffix == ".json":
+            loaded = json_rows.load(path)
+            found += [loaded.made.commit] if loaded else []
+    for folder, rows in folders.items():
+        found += [run["commit"] for run in runs_of(folder, rows)]
     return list(dict.fromkeys(found))
