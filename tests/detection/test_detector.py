@@ -318,15 +318,16 @@ def test_what_meets_within_its_reach_is_found(rng, mover, steps):
     """A sheet comes nearer by less each time, each time within the reach it first had."""
     start, faces = grid(8, 0.0, jitter=1e-5 * rng.normal(size=(64, 3)))
     start = np.concatenate((start, start + (0.013, 0.021, 0.05)))
-    edges = izo_ref.Scene(start, start, np.concatenate((faces, faces + 64))).edges
-    detector = Detector(start, edges, np.concatenate((faces, faces + 64)))
+    faces = np.concatenate((faces, faces + 64)).astype(np.int32)
+    edges = izo_ref.Scene(start, start, faces).edges
+    detector = Detector(start, edges, faces)
     moves = slice(0, 64) if mover == "lower" else slice(64, 128)
     end, found = start + (1e-4, 0.0, 0.0), []  # what rests is in no tree
     for nearer in steps:
         end[moves, 2] += nearer if mover == "lower" else -nearer
         found.append(detector.find(end))
     assert [len(impacts.toi) > 0 for impacts in found] == [False] * (len(steps) - 1) + [True]
-    same_impacts(found[-1], Detector(start, edges, np.concatenate((faces, faces + 64))).find(end))
+    same_impacts(found[-1], Detector(start, edges, faces).find(end))
 
 
 def test_a_reach_holds_for_every_end_within(rng):
