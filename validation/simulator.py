@@ -24,7 +24,8 @@ def prepare() -> None:
     """Change settings of Python and of the simulator; call this once, before a kernel runs."""
     # Threads that leave a barrier together then alternate at many places of the kernel.
     sys.setswitchinterval(1e-4)
-    kernel.BlockManager.run = _run_block
+    block_manager: Any = kernel.BlockManager
+    block_manager.run = _run_block
 
     # The first thread of a block that asks for a shared array makes it, and the others find it. The
     # simulator does not lock this step, so two threads at once would each make an array of their
