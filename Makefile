@@ -1,6 +1,8 @@
 # Two commands: `make demo` and `make test`. Both install into .venv whatever is missing there.
 PYTHON ?= python3
 BIN := .venv/bin
+# One process per core, but at most 4. Each loads what the others have compiled.
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 .PHONY: demo test test-all docs report report-quick lint lock clean
 
@@ -8,10 +10,10 @@ demo: .venv/demo.done
 	$(BIN)/izo demo
 
 test: .venv/dev.done lint
-	$(BIN)/python -m pytest
+	$(PYTEST)
 
 test-all: .venv/dev.done lint
-	$(BIN)/python -m pytest --slow
+	$(PYTEST) --slow
 
 # The pages of the documentation: docs/_build/html/index.html
 docs: .venv/dev.done

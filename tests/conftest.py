@@ -28,9 +28,23 @@ def pytest_collection_modifyitems(config, items):
     if larger:
         config.hook.pytest_deselected(items=larger)
         items[:] = [item for item in items if item not in set(larger)]
+    # With several processes, the first one begins with the front of the list. It is busy with these
+    # tests while another process compiles the package; otherwise both would compile the same.
+    items.sort(key=lambda item: item.get_closest_marker("first") is None)
     for item in items:
         if item.get_closest_marker("slow") and not config.getoption("--slow"):
             item.add_marker(pytest.mark.skip(reason="takes minutes; run with --slow"))
+
+
+def pytest_sessionfinish(session):
+    if hasattr(session.config, "workeroutput"):  # this process is one of several
+        session.config.workeroutput["left_out"] = session.config.stash.get(LEFT_OUT, 0)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    """Take the number of left-out cases from a process; all have the same number."""
+    node.config.stash[LEFT_OUT] = getattr(node, "workeroutput", {}).get("left_out", 0)
 
 
 def pytest_terminal_summary(terminalreporter, config):

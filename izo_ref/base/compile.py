@@ -17,6 +17,7 @@ import hashlib
 import os
 import platform
 import threading
+import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -34,6 +35,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 # that is used depends on the machine. A kernel uses every core anyway, so launching one at a time
 # loses nothing.
 _LAUNCH = threading.RLock()
+
+# It is in the names of the files with compiled code that this process writes.
+_PROCESS = uuid.uuid4().hex[:12]
 
 
 class CpuKernel(Protocol):
@@ -90,7 +94,7 @@ def anything_compiled() -> bool:
 def _njit(function: Function, folder: Path = CACHE_FOLDER, **options: Any) -> Function:
     # numba reads the folder when a function is decorated
     with setting(config, "CACHE_DIR", str(folder)):
-        return njit(
+        dispatcher = njit(
             cache=True,
             error_model="numpy",
             fastmath=False,
@@ -98,6 +102,21 @@ def _njit(function: Function, folder: Path = CACHE_FOLDER, **options: Any) -> Fu
             no_cfunc_wrapper=True,  # saves a tenth of the compile time; no C code calls these
             **options,
         )(function)
+    if not config.DISABLE_JIT:
+        _name_files_by_process(dispatcher)
+    return dispatcher
+
+
+def _name_files_by_process(dispatcher: Any) -> None:
+    """Give the files with compiled code names that no other process uses.
+
+    numba numbers these files by the index of the function. Two processes that save two signatures
+    of one function at the same moment would write the same file, and its code would later be loaded
+    for the wrong signature. With names of their own, at most one entry of the index is lost, and
+    that signature is compiled again.
+    """
+    files = dispatcher._cache._cache_file
+    files._data_name_pattern = files._data_name_pattern.replace("{number", _PROCESS + "-{number")
 
 
 def compiled(function: Function) -> Function:

@@ -61,3 +61,37 @@ def test_a_kernel_on_all_threads_and_one_alone_are_kept_apart(tmp_path):
             [sys.executable, "who.py"], cwd=tmp_path, env=env, capture_output=True, text=True
         )
         assert done.stdout.split() == ["2", "1"], done.stderr
+
+
+TWICE = """
+import sys
+from izo_ref.base.compile import compiled
+
+@compiled
+def twice(x):
+    return x + x
+
+print(twice(int(sys.argv[2]) if sys.argv[1] == "int" else float(sys.argv[2])))
+print(sum(twice.stats.cache_hits.values()))
+"""
+
+
+def test_processes_that_save_at_the_same_time_write_different_files(tmp_path):
+    """The second process does not see the index of the first, which is then written back."""
+    (tmp_path / "twice.py").write_text(TWICE)
+    home = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
+
+    def run(*arguments):
+        command = [sys.executable, "twice.py", *arguments]
+        done = subprocess.run(
+            command, cwd=tmp_path, env=os.environ | home, capture_output=True, text=True, check=True
+        )
+        return done.stdout.split()
+
+    assert run("int", "3") == ["6", "0"]
+    (index,) = tmp_path.rglob("*.nbi")
+    of_the_first = index.read_bytes()
+    index.unlink()
+    assert run("float", "3") == ["6.0", "0"]
+    index.write_bytes(of_the_first)
+    assert run("int", "3") == ["6", "1"]  # from the disk, and for an int

@@ -12,6 +12,7 @@ from validation import ptx
 if ptx.ptxas() is None:
     pytest.skip("needs ptxas: nvidia-cuda-nvcc", allow_module_level=True)
 
+pytestmark = pytest.mark.first
 FRAME_BYTES, SPILLED_BYTES = 512, 4096
 CASES = [
     pytest.param(name, kernel, signature, id=f"{name} {types}".strip())

@@ -10,6 +10,8 @@ from unittest.mock import patch
 import numpy as np
 from numba.cuda.simulator import kernel, kernelapi
 
+from validation.simulator import start_next_thread
+
 TIMEOUT_S = 60.0  # a wait that some threads never reach fails after this time
 
 
@@ -51,9 +53,13 @@ def blocks_together(function):
         memory = manager.__dict__.setdefault("memory", np.zeros(shared._dynshared_size, np.byte))
         return memory.view(kernelapi.numpy_support.as_dtype(dtype))
 
+    def wait_for_all(group):
+        start_next_thread()
+        launch["barrier"].wait()
+
     with (
         patch.object(kernel.BlockManager, "run", run),
         patch.object(kernelapi.FakeCUDAShared, "array", shared_array),
-        patch.object(kernelapi.GridGroup, "sync", lambda group: launch["barrier"].wait()),
+        patch.object(kernelapi.GridGroup, "sync", wait_for_all),
     ):
         yield

@@ -45,18 +45,28 @@ def moving_box_pairs(nodes_a, nodes_b, start, end, same):
     Two boxes are apart if, along one axis, all vertices of one are below all vertices of the
     other, both at the start and at the end.
     """
-    result = set()
-    for i in range(len(nodes_a)):
-        for j in range(i + 1 if same else 0, len(nodes_b)):
-            a, b = nodes_a[i].tolist(), nodes_b[j].tolist()
-            if not set(a) & set(b) and not _apart(a, b, start, end):
-                result.add((i, j))
-    return result
+    boxes_a, boxes_b = ([_boxes(own, start, end) for own in n] for n in (nodes_a, nodes_b))
+    vertices_a, vertices_b = ([set(own.tolist()) for own in n] for n in (nodes_a, nodes_b))
+    return {
+        (i, j)
+        for i in range(len(nodes_a))
+        for j in range(i + 1 if same else 0, len(nodes_b))
+        if not vertices_a[i] & vertices_b[j] and not _apart(boxes_a[i], boxes_b[j])
+    }
 
 
-def _apart(a, b, start, end):
-    for axis in range(3):
-        for low, high in ((a, b), (b, a)):
-            if all(max(x[low, axis]) < min(x[high, axis]) for x in (start, end)):
-                return True
-    return False
+def _boxes(own, start, end):
+    """Along each axis: least and largest coordinate at the start, least and largest at the end."""
+    return [
+        (min(x0), max(x0), min(x1), max(x1))
+        for x0, x1 in zip(start[own].T.tolist(), end[own].T.tolist(), strict=True)
+    ]
+
+
+def _apart(a, b):
+    return any(
+        (high_a0 < low_b0 and high_a1 < low_b1) or (high_b0 < low_a0 and high_b1 < low_a1)
+        for (low_a0, high_a0, low_a1, high_a1), (low_b0, high_b0, low_b1, high_b1) in zip(
+            a, b, strict=True
+        )
+    )

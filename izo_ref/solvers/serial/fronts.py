@@ -128,7 +128,8 @@ def eliminate(
         factor_out: (factor_starts[-1],) f8, the rows of the pivots of each front.
     """
     b = fronts.size
-    work, stack, top = np.empty(fronts.largest**2), np.empty(fronts.deepest), 0
+    work, stack = np.empty(fronts.largest**2), np.empty(fronts.deepest)
+    top = np.int64(0)  # with a plain 0, numba compiles the callee for the literal 0 too
     ends = np.empty(fronts.largest, np.int64)
     tiles = np.empty(work_of_cholesky(fronts.largest))
     for c in range(chosen.shape[0]):

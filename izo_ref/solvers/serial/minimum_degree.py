@@ -77,7 +77,8 @@ def minimum_degree(starts: AnyInts, indices: Ints) -> Ints:
     for i in range(n - 1, -1, -1):
         insert(queue, i, graph.degree[i])
     marks, order = np.full(n, NONE), np.empty(n, np.int32)
-    done, lowest, mark = 0, 0, 1
+    done, lowest = 0, 0
+    mark = np.int64(1)  # with a plain 1, numba compiles the callees for the literal 1 too
     while done < n:
         while queue.head[lowest] == NONE:
             lowest += 1
