@@ -11,7 +11,7 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
     The path leads from `positions_t0` to `positions_t1`. A pair meets if its sides touch at any
     time up to and including t = 1. No such pair is missed. A pair that comes so close that rounding
     cannot tell whether it touches is an impact too: this distance is about 1e-14 of the size of the
-    pair, and larger for slivers.
+    pair, and larger for slivers and for a vertex that slides just past a corner of a face.
 
     Args:
         scene: The `Scene`.
