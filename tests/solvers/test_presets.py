@@ -23,7 +23,7 @@ def by_hand(name, zone, steps):
 
 @pytest.mark.parametrize(("steps", "atol"), [(1, 1e-14), (2, 1e-14), (5, 1e-9), (13, 1e-6)])
 @pytest.mark.parametrize("name", PRESETS)
-def test_presets_take_the_steps_of_their_literal_versions(rng, name, steps, atol):
+def test_presets_take_the_steps_of_those_systems(rng, name, steps, atol):
     """13 steps include the multipliers of a second inner solve, and a change of Chebyshev's omega.
 
     mu = 1e3 makes L stiff, so conjugate gradients amplify rounding a thousandfold in each step.

