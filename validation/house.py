@@ -31,15 +31,22 @@ class Import(NamedTuple):
     line: int
 
 
+class Lengths(NamedTuple):
+    """Lengths [lines] of all functions of the package."""
+
+    median: float
+    percentile_90: float
+    longest: tuple[int, str]
+
+
 class Sizes(NamedTuple):
-    """Lengths [lines] and parameters of the functions of the package."""
+    """Lengths [lines] and parameters of the files and functions of the package."""
 
     files: int
     longest_file: tuple[int, str]
     functions: int
-    median: float
-    percentile_90: float
-    longest_function: tuple[int, str]
+    whole: Lengths
+    bodies: Lengths  # without signature and docstring
     many_parameters: int
 
 
@@ -130,26 +137,25 @@ def floors(graph: dict[str, set[str]]) -> dict[str, int]:
 
 def sizes(root: Path = ROOT) -> Sizes:
     """Return the lengths of files and functions, and how many functions take many parameters."""
-    files, functions, many = [], [], 0
+    files, whole, bodies, many = [], [], [], 0
     for module, path in module_paths(root).items():
         text = path.read_text()
         files.append((len(text.splitlines()), module))
         for node in ast.walk(ast.parse(text)):
             if isinstance(node, ast.FunctionDef):
-                assert node.end_lineno is not None
-                functions.append((node.end_lineno - node.lineno + 1, f"{module}.{node.name}"))
+                name, end = f"{module}.{node.name}", node.end_lineno or node.lineno
+                body = node.body[1:] if ast.get_docstring(node) else node.body
+                first = body[0].lineno if body else end + 1
+                whole.append((end - node.lineno + 1, name))
+                bodies.append((end - first + 1, name))
                 arguments = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
                 many += len(arguments) > 10
-    lengths = [length for length, _ in functions]
-    return Sizes(
-        len(files),
-        max(files),
-        len(functions),
-        float(np.median(lengths)),
-        float(np.percentile(lengths, 90)),
-        max(functions),
-        many,
-    )
+    return Sizes(len(files), max(files), len(whole), _lengths(whole), _lengths(bodies), many)
+
+
+def _lengths(functions: list[tuple[int, str]]) -> Lengths:
+    lines = [length for length, _ in functions]
+    return Lengths(float(np.median(lines)), float(np.percentile(lines, 90)), max(functions))
 
 
 def picture(root: Path = ROOT) -> str:
@@ -194,11 +200,19 @@ def summary(root: Path = ROOT) -> str:
         (
             f"rooms {len(graph)}, floors {n_floors}, arrows {sum(map(len, graph.values()))}",
             f"files {found.files}, the longest {found.longest_file[1]}: {found.longest_file[0]}",
-            f"functions {found.functions}, lines: median {found.median:g}, 90th percentile "
-            f"{found.percentile_90:g}, longest {found.longest_function[1]}: "
-            f"{found.longest_function[0]}",
+            f"functions {found.functions}",
+            f"lines of a function: {_in_words(found.whole)}",
+            f"without signature and docstring: {_in_words(found.bodies)}",
             f"functions with more than ten parameters: {found.many_parameters}",
         )
+    )
+
+
+def _in_words(lengths: Lengths) -> str:
+    length, name = lengths.longest
+    return (
+        f"median {lengths.median:g}, 90th percentile {lengths.percentile_90:g}, longest {length} "
+        f"({name})"
     )
 
 
