@@ -15,7 +15,7 @@ from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
 from izo_ref.zones.objective import objective
 from validation.oracles import fcl, ipc
-from validation.oracles import path as exact_path
+from validation.oracles import path as path_oracle
 from validation.oracles.answer import mass_norm
 
 Call = ParamSpec("Call")
@@ -97,7 +97,7 @@ def _path_by_others(scene: Scene, positions: Positions) -> Fact:
     for row, is_edge_edge in zip(nodes, kinds, strict=True):
         if _key(row, is_edge_edge) in excluded:
             left_out += 1
-        elif exact_path.meets(bool(is_edge_edge), scene.positions_t0[row], positions[row]):
+        elif path_oracle.meets(bool(is_edge_edge), scene.positions_t0[row], positions[row]):
             met += 1
         else:
             alarms += 1

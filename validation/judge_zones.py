@@ -17,11 +17,11 @@ from izo_ref.zones.system import zone_problem
 from validation.judge import Fact
 from validation.oracles import nnls, qp, slsqp
 from validation.oracles.answer import Answer, mass_norm
-from validation.oracles.rational import ExactZone, active_rows
+from validation.oracles.rational import EXACT_IMPACTS, ExactZone, active_rows
 
-# Largest number of impacts of a zone that an oracle is asked about. A zone of that size takes each
-# of them 0.3 s at most: `reports/zones`, where their times are measured.
-LIMITS = {"exact": 64, "NNLS": 256, "SLSQP": 64}
+# Largest number of impacts of a zone that an oracle is asked about; `reports/zones.json` has their
+# times by size.
+LIMITS = {"exact": EXACT_IMPACTS, "NNLS": 256, "SLSQP": 64}
 # Number of zones that each oracle is asked about, the largest first.
 ZONES_ASKED = 50
 NAMES = {"exact": "exact rational arithmetic", "SLSQP": "SLSQP, scaled"}

@@ -29,8 +29,8 @@ def prepare() -> None:
 
     # The first thread of a block that asks for a shared array makes it, and the others find it. The
     # simulator does not lock this step, so two threads at once would each make an array of their
-    # own. It tells shared arrays apart by the line of the call. Behind the lock all calls come from
-    # one line, which is right because a kernel here has at most one shared array.
+    # own. It identifies a shared array by the line that asks for it. With the lock, that line is
+    # always the same. This is right as long as a kernel has at most one shared array.
     make_or_find, lock = FakeCUDAShared.array, threading.Lock()
 
     def shared_array(self: FakeCUDAShared, *arguments: Any, **named: Any) -> Any:

@@ -1,5 +1,6 @@
 """The path certificate: each candidate pair is proved apart or proved to meet.
 
-May import `scene.py` and the stages below it. Start with `certify.py`; the exact arithmetic is in
+May import detection and the stages below it. It does not import `scene.py`; its functions take the
+scene as `SceneArrays` of `base/records.py`. Start with `certify.py`; the exact arithmetic is in
 `exact_path.py`.
 """

@@ -9,9 +9,10 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
     """Find every vertex-face and edge-edge pair that meets on the path of a scene.
 
     The path leads from `positions_t0` to `positions_t1`. A pair meets if its sides touch at any
-    time up to and including t = 1. No such pair is missed. A pair that comes so close that rounding
-    cannot tell whether it touches is an impact too: this distance is about 1e-14 of the size of the
-    pair, and larger for slivers and for a vertex that slides just past a corner of a face.
+    time up to and including t = 1. No such pair is missed. A pair also counts as an impact if
+    rounding cannot tell whether it touches. That happens at distances below about 1e-14 of its
+    size; the distance is larger for slivers and for a vertex that slides just past a corner of a
+    face.
 
     Args:
         scene: The `Scene`.

@@ -20,8 +20,7 @@ class PlanLine(NamedTuple):
         stage: The stage, or a part of it.
         needed: How much of the stage is needed: `all`, `some` or `none`.
         reason: Why, as a phrase for the user.
-        rule: The rule of `options.RULES` that leaves the rest out; empty if there is none to
-            switch off.
+        rule: The rule of `options.RULES` that leaves the rest out; empty if no rule does.
     """
 
     stage: str

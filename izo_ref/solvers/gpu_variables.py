@@ -1,7 +1,7 @@
 """Zones of the loop in the variables of the augmented-Lagrangian methods, on a GPU, and back.
 
-`solvers/variables.py` does the same on the CPU. Here only some of the zones that lie side by
-side are chosen.
+`solvers/variables.py` does the same on the CPU. Here the arrays hold all zones side by side, and
+only the chosen ones are solved.
 """
 
 from typing import NamedTuple

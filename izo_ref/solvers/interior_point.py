@@ -177,7 +177,9 @@ def interior_point(
 
     Returns:
         z, (n,) f8, the multipliers, (m,) f8, the number of iterations, and whether the constraints
-        are satisfied. If they are not, then no z satisfies them, or none nearby.
+        are satisfied to tolerance. If they are not, there are two possible reasons. Either the
+        multipliers prove that |z| is above FARTHEST for every z that satisfies the constraints, if
+        there is any. Or the iterations ended before the tolerance was reached.
     """
     rhs = zone.rhs
     scale = rhs.max()

@@ -10,10 +10,10 @@ rho makes the matrix regular if constraints are redundant. v is an earlier u: th
 the u of the last solve whose F was right. If v = u, then the terms with rho cancel, so v follows u
 once F is right. This is the proximal-point method, which converges for any rho.
 
-After each solve, constraints of F with u < 0 leave F, and other constraints with C z < s enter it:
-all at once, or only the last of them if their number does not fall, until it falls. This ends, but
-it may take very long. So it is given up after some factorisations, and the interior point takes
-over.
+After each solve, constraints of F with u < 0 leave F, and other constraints with C z < s enter it.
+All of them change sides at once. If their number sets no new minimum in some solves, only the last
+of them changes sides, until there is a new minimum. This method ends, but it may take very long. So
+it is given up after MAX_STEPS solves, and the interior point takes over.
 
 Source: L. F. Portugal, J. J. Judice, L. N. Vicente, A comparison of block pivoting and
 interior-point algorithms for linear least squares problems with nonnegative variables (1994);
@@ -30,19 +30,20 @@ from izo_ref.solvers.sparse import SparseCholesky
 
 # Rows of C have unit length. In fifteen zones of cloth-ball-clean and armadillo-rollers, the
 # squared singular values of the active rows are below 1e-14 (redundant) or above 1e-3, and rho
-# belongs in between. With this rho, u gains five digits each time v follows, and if redundant
-# constraints disagree, one of them leaves at once. With 1e-6 some zones crept toward that for more
-# than 30 solves.
+# belongs in between. With this rho, the multipliers u gain five digits each time v, the earlier u,
+# is set to them. If redundant constraints disagree, one of them gets u < 0 and leaves F in the next
+# step. With 1e-6 some zones took more than 30 solves until such a constraint left.
 RHO = 1e-8
 # Fraction of the tolerances to reach: a digit more takes one more solve.
 TOLERATED_SLOP = 1e-2
-# On cloth-ball-clean, 90 % of the zones that this method solves at all take at most 14 steps.
+# On cloth-ball-clean, of the zones that this method solves, 90 % take at most 14 steps.
 MAX_STEPS = 24
-# How many solves may pass without a new lowest number of constraints on the wrong side. After that
-# only the last of these constraints changes sides.
+# After this many solves in which the number of constraints on the wrong side sets no new minimum,
+# only one constraint changes sides per solve, the last one, until that number sets one.
 PATIENCE = 3
-# The pattern also has constraints that nearly hold, half as many as F has. Otherwise some of them
-# enter later, and a new pattern takes as long as five factorisations.
+# The pattern also takes in constraints outside F that nearly hold with equality; their number is at
+# most this fraction of the number in F. Otherwise some of them enter F later, and a new pattern
+# takes as long as five factorisations.
 NEARLY = 0.5
 
 

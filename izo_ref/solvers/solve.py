@@ -216,7 +216,7 @@ def _keep_centre(z: Floats, sqrt_masses: Floats) -> None:
     """Remove the translation of a zone whose impacts have no pinned vertex, in place.
 
     The weights of an impact sum to zero. So the optimum leaves the centre of mass where it is,
-    and a translation changes no gap. What translation there is comes from the rounding of the
+    and a translation changes no gap. A translation can only come from rounding in the
     factorisation.
     """
     for _ in range(2):

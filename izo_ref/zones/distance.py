@@ -20,8 +20,8 @@ the active constraints J:
   Near the optimum the two terms are the distances across and along the active constraints. These
   are orthogonal, so the bound is at most sqrt 2 times the true distance, plus rounding.
 * Otherwise z is moved along a direction in which all constraints of J open, so far that every
-  constraint holds in spite of rounding, and (1) is evaluated there. That costs the square root of
-  the rounding: this bound is at least about 2e-7 of |z*|, and more where rows of J are nearly
+  constraint holds in spite of rounding, and (1) is evaluated there. The bound is then no smaller
+  than about the square root of the rounding, 2e-7 |z*|. It is larger where rows of J are nearly
   opposed.
 
 Both bounds hold, so the smaller one is returned; infinity if neither can be computed. Equal impacts

@@ -82,8 +82,9 @@ class ScaledZone:
     def moved(self, step: Floats) -> tuple[Floats, Floats]:
         """Return the slacks of z - step, and a bound of their rounding.
 
-        An entry of C has an error of 8 u of itself (root, quotient, two products, the length). The
-        product of a row with 12 terms has an error of 12 u of the sizes of its terms.
+        An entry of C is the result of five roundings (root, quotient, two products, division by the
+        length), so its error is at most 8 u of itself. The product of a row with 12 terms has an
+        error of 12 u of the sizes of its terms. Together these are 20 u; the code takes 24 u.
         """
         slack = self.slack - self.matrix @ step
         return slack, self.slack_error + 24 * U * (self.size @ np.abs(step)) + U * np.abs(slack)

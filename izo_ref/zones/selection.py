@@ -12,9 +12,9 @@ from izo_ref.zones.serial.selection import select_in_order
 def select_impacts(impacts: Impacts, pinned: Flags, selection: str) -> Flags:
     """Select the impacts that enter the zones.
 
-    A pair that meets late, on a path which an earlier impact will deflect, may be a constraint
-    that is not needed. With fewer impacts the answer is closer to the proposed positions, and the
-    loop takes more iterations.
+    An earlier impact deflects the path. A pair that meets later on the old path may then not meet
+    at all, and its constraint is not needed. With fewer impacts the answer is closer to the
+    proposed positions, and the loop takes more iterations.
 
     Args:
         impacts: The impacts found; those with equal times are taken in the order given.

@@ -2,6 +2,7 @@
 
 import ast
 import re
+import textwrap
 
 import pytest
 
@@ -9,6 +10,9 @@ from validation import house
 
 PACKAGE = house.ROOT / "izo_ref"
 DECORATORS = ("cpu_kernel", "light_kernel", "cuda_kernel")
+# How the comment behind a parameter begins: with the shape of an array and its dtype, with the
+# dtype of a scalar, or with the name of a record.
+STATED = r"(?:\(.*?\) )?(?:[fiub][1248]\b|[A-Z]\w+)"
 
 
 def kernels_of(target):
@@ -29,11 +33,17 @@ def kernels():
             yield pytest.param(source, node, id=f"{target}/{file}-{node.name}")
 
 
-@pytest.mark.parametrize(("source", "node"), list(kernels()))
-def test_kernels_state_their_contract(source, node):
+def signature_of(source):
+    """Return the lines of a kernel from `def` to its last parameter."""
+    signature, marked, _ = source.partition("\n) -> None:")
+    assert marked, "the line after the last parameter is `) -> None:`"
+    return signature
+
+
+def check_contract(source, node):
+    """Check that a kernel states its contract, and that its outputs are named as such."""
     names = [argument.arg for argument in node.args.args]
-    signature = source[: source.index("\n) -> None:")]
-    inputs, marked, outputs = signature.partition("# Out:")
+    inputs, marked, outputs = signature_of(source).partition("# Out:")
     assert "# In:" in inputs, "inputs come first"
     assert marked, "then outputs"
     written = {
@@ -50,9 +60,47 @@ def test_kernels_state_their_contract(source, node):
     }
     assert all(name.endswith("_out") for name in written), written
     for name in names:
-        stated = re.compile(rf"^    {name}(: [\w.]+)?,  # ", re.M)
-        assert stated.search(signature), f"{name} has no shape, type or unit"
+        stated = re.compile(rf"^    {name}: [\w.]+,  # {STATED}", re.M)
+        assert stated.search(inputs + outputs), f"{name} has no annotation, shape or dtype"
         assert name.endswith("_out") == bool(stated.search(outputs))
+    assert ast.get_docstring(node), "says what it does"
+
+
+@pytest.mark.parametrize(("source", "node"), list(kernels()))
+def test_kernels_state_their_contract(source, node):
+    check_contract(source, node)
+
+
+def test_the_example_for_contributors_states_its_contract():
+    text = (house.ROOT / "CONTRIBUTING.md").read_text()
+    blocks = re.findall(r"^(        @cuda_kernel\n(?:        .*\n|\n)+)", text, re.M)
+    assert len(blocks) == 1
+    source = textwrap.dedent(blocks[0]).strip()
+    (node,) = ast.parse(source).body
+    check_contract(source, node)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        (") -> None:", "):", "-> None"),
+        ("# In:", "", "inputs come first"),
+        ("b_out", "b", "{'b'}"),
+        ("a: float,  # f8", "a,  # f8", "a has no annotation"),
+        ("# f8", "# a number", "a has no"),
+        ('    """Add."""\n', "", "says what it does"),
+    ],
+)
+def test_a_kernel_without_its_contract_is_noticed(old, new, says):
+    source = (
+        "def add(\n    # In:\n    a: float,  # f8\n    # Out:\n    b_out: Floats,  # (n,) f8\n"
+        ') -> None:\n    """Add."""\n    b_out[0] = a\n'
+    )
+    check_contract(source, ast.parse(source).body[0])
+    assert old in source
+    wrong = source.replace(old, new)
+    with pytest.raises(AssertionError, match=says):
+        check_contract(wrong, ast.parse(wrong).body[0])
 
 
 # Work that is one launch on one target and several on the other has no twins.
@@ -72,7 +120,7 @@ def test_twins_have_the_same_contract():
     def contracts(target):
         """Return {(file, name): parameters and comments} of all kernels."""
         return {
-            (file, node.name): source[: source.index("\n) -> None:")].split("\n", 1)[1]
+            (file, node.name): signature_of(source).split("\n", 1)[1]
             for file, source, node in kernels_of(target)
         }
 

@@ -10,8 +10,9 @@ Independent of `izo_ref`: the scaled zone is written from the mathematics, and t
 SciPy's.
 
 Limits: the matrix is dense, so it suits zones of up to about 256 impacts. Rounding leaves about
-1e-16 in r_last even where it is zero. So r_last counts as zero if it is above -NOTHING; at that
-value the point would be a million times as far off as the largest violation.
+1e-16 in r_last even where it is zero. So r_last counts as zero if it is above -NOTHING. At the
+minimum |r|^2 = -r_last, hence 1 + |z|^2 = -1 / r_last. So every point with |z| above 1e6 is given
+up, where 1 is the largest violation of the scaled zone at z = 0.
 
 Source: C. L. Lawson, R. J. Hanson, Solving Least Squares Problems (1974), 23.4.
 """
@@ -22,8 +23,7 @@ import numpy as np
 
 from validation.oracles.answer import Answer, ZoneArrays, no_answer, scaled_zone
 
-# |r|^2 = -r_last and 1 / r_last = -(1 + |z|^2), so 1e-12 means |z| = 1e6; the largest violation
-# in scaled variables is 1.
+# 1 + |z|^2 = -1 / r_last, so r_last = -1e-12 means |z| = 1e6.
 NOTHING = 1e-12
 
 

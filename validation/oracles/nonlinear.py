@@ -5,13 +5,14 @@ Question: is a point x a solution of the nonlinear problem, to first order?
 The problem: minimise 1/2 sum m |x - y|^2 subject to distance_j(x) >= d for the pairs of a zone,
 each pair on the side on which it began. The zone problem freezes normals and weights; here both
 are functions of x. Where the closest points of a pair are unique, the gradient of the distance is
-the normal N times the weights of the closest points. The change of the closest points themselves
-does not count, since the distance is least there. At a fixed point of re-linearisation the frozen
+the normal N times the weights of the closest points. Moving the closest points along their elements
+does not change the distance to first order, because it is minimal there. At a fixed point of
+re-linearisation the frozen
 constraints have exactly these gradients, so the fixed point must satisfy the conditions of Karush,
 Kuhn and Tucker (KKT) of this problem.
 
-Method: the distances are found by trying all sets of corners, the multipliers that fit best by
-SciPy's non-negative least squares, and a solution near x by SciPy's SLSQP.
+Method: the distances are found by trying all sets of corners. SciPy's non-negative least squares
+finds the multipliers that fit best. SciPy's SLSQP finds a solution near x.
 
 Independent of `izo_ref`: nothing of the package is used but the arrays of the problem.
 

@@ -14,8 +14,8 @@ the number of triangles.
 Why a direction is enough. For a fixed direction d, the gap d . (b - a) between two nodes is linear
 in the time. If it is positive at t = 0 and at t = 1 for every node a of one side and every node
 b of the other, then it is positive at every time in between, and so it is for all points of the
-two convex hulls. Pairs whose swept boxes do not meet are left out by this rule too: along one of
-the axes, the gap is positive at both times.
+two convex hulls. Pairs whose swept boxes (start and end together) do not meet are left out by this
+rule too: along one of the axes, the gap is positive at both times.
 
 Rounding. A component of d is -1, 0 or 1, and a coordinate is at most S in magnitude. With
 u = 2^-53, a dot product takes two additions, whose results are at most 3 S, so its error is at most

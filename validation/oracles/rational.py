@@ -9,14 +9,15 @@ masses and y the proposed positions, the optimum is x = y + M^-1 A^T l, and l so
 
 Take a set of active constraints with independent gradients. Then l on this set solves
 K_aa l_a = r_a, and the signs of l_a and of w on all constraints say exactly whether the set is
-optimal. If it is not, a dual active-set method goes on from there until it is. In exact arithmetic
-the method ends, since its objective rises with each set, and ties need no tolerance.
+optimal. If it is not, a dual active-set method begins with this set and changes it until it is
+optimal. In exact arithmetic the method ends, since its objective rises with each set, and ties need
+no tolerance.
 
 Independent of `izo_ref`: every number is a rational of FLINT, the problem is stated from the
 mathematics, and the answer does not depend on the set from which the method begins.
 
-Limits: rationals grow with the number of active constraints. `judge_zones.py` asks for zones of up
-to 64 impacts, which take 0.3 s at most.
+Limits: rationals grow with the number of active constraints, so judges and studies ask for zones of
+up to EXACT_IMPACTS impacts only.
 
 Source: docs/method section 5; D. Goldfarb, A. Idnani, Mathematical Programming 27 (1983).
 """
@@ -35,6 +36,9 @@ from validation.oracles.answer import Floats, Indices, ZoneArrays
 Moves: TypeAlias = Sequence[Sequence[fmpq | float]]  # [m], three numbers for each vertex
 Gradient: TypeAlias = dict[int, list[fmpq]]  # of one constraint: three numbers for some vertices
 
+# Largest number of impacts of a zone whose exact optimum is asked for. Begun from our answer, no
+# random zone of that size took more than 0.2 s (`exact_s` in `reports/zones.json`).
+EXACT_IMPACTS = 64
 ZERO = fmpq(0)
 
 

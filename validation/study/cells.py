@@ -143,8 +143,8 @@ def _variants(family: Family, quick: bool) -> list[Cell]:
         cells.append(Cell(name, "newton", "exact", "inner-solve", "grown", tolerance=1e-6))
     else:
         for direction in DIRECTIONS:
-            # on 24,000 impacts no inner solve of the other directions ends in the steps allowed,
-            # so mu would never grow
+            # With 24,000 impacts, the other directions do not finish an inner solve in the allowed
+            # steps, so mu would never grow.
             grows = direction == "newton" or family.size < HUGE_IMPACTS
             for penalty in ("fixed", "grown") if grows else ("fixed",):
                 for tolerance in (1e-6, 1e-9) if direction == "newton" else (1e-6,):

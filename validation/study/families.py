@@ -119,7 +119,7 @@ def recorded() -> list[Family]:
 
 
 def step_family(step: str, says: str) -> Family:
-    """Return the family of the largest zones in which a step ends.
+    """Return the family of the largest zones of the last iteration of a step.
 
     Args:
         step: Name of the step.
@@ -141,7 +141,7 @@ def descriptions() -> dict[str, str]:
 
 @cache
 def step_zones(name: str, largest: int = 3) -> tuple[ZoneProblem, ...]:
-    """Resolve a step and return the largest zones in which it ends.
+    """Resolve a step and return the largest zones of its last iteration.
 
     Args:
         name: Name of the step.

@@ -9,10 +9,14 @@ from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.distance import distance_bound
 from izo_ref.zones.problem import ZoneProblem
 from validation.oracles.answer import mass_norm
-from validation.oracles.rational import ExactZone, active_rows, rational, to_float
+from validation.oracles.rational import (
+    EXACT_IMPACTS,
+    ExactZone,
+    active_rows,
+    rational,
+    to_float,
+)
 
-# Largest number of impacts for which the optimum is computed in rationals: a second or less.
-EXACT_IMPACTS = 64
 # Largest number of impacts for which the distance to the optimum is proved: 47 s for 24,000. Above,
 # the distance is computed from the duality gap.
 PROVED_IMPACTS = 2048

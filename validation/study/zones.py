@@ -258,7 +258,7 @@ def _judged(
 def step_zone_rows(
     name: str, scene: Scene, thickness: float = 1e-4, largest: int = 20
 ) -> list[dict[str, Any]]:
-    """Resolve a step, and solve the largest zones in which it ends by `problem_rows`.
+    """Resolve a step, and measure the largest zones of its last iteration with `problem_rows`.
 
     Args:
         name: Name of the step in the rows.

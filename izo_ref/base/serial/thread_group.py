@@ -2,9 +2,9 @@
 
 Code that is written for a thread group loops over the unknowns or constraints of a zone from
 `group.rank()` in steps of `group.size()`. Only one thread writes an entry, and that thread may read
-the entry at once. Other threads may read the entry after the next `wait`, sum or maximum: sums and
-maxima are waits, too. Every thread of the group has to call each of them. All threads get the same
-result, so they all take the same branches.
+the entry at once. Other threads may read the entry after the next `wait`, sum or maximum, because
+sums and maxima wait, too. Each thread must call every wait, sum and maximum. All threads get the
+same sums and maxima, so they all take the same branches.
 """
 
 from typing import Any, NamedTuple

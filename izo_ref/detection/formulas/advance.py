@@ -25,7 +25,7 @@ t_next:
 
 * APART: every part of [0, 1] was proved. This is the only way to this answer, so no pair that
   meets is missed.
-* CONTACT: the pair is proved apart until `toi`, and from there neither proof gets on. Nearly
+* CONTACT: the pair is proved apart until `toi`, and neither proof reaches a later time. Nearly
   always the pair touches at `toi` as far as rounding can tell: its distance is about 1e-14 of the
   size of a well-shaped pair, and larger for slivers. There is one exception. A vertex that slides
   in the plane of a face just past a corner may be a CONTACT although it stays apart: the squared
@@ -98,8 +98,8 @@ GAP_ERROR = 48.0 * 2.0**-53
 # |det(x, y, z)| <= 6 |x|_inf |y|_inf |z|_inf, because it has six terms. The part above 6 covers the
 # rounding of the products.
 REACH_ERROR = 6.0 + 2.0**-40
-# Half of the 23,958 contacts of armadillo-rollers take 5 steps at most, 99 % at most 22;
-# one takes all of these.
+# Of the 23,958 contacts of armadillo-rollers, half take at most 5 steps, and 99 % at most 22. One
+# takes all 400.
 MAX_STEPS = 400
 # A shorter step is no progress: t is in [0, 1] and has an error of a few u. Each step also ends
 # earlier by this much, which covers the rounding of `root_free_until`.
@@ -248,8 +248,9 @@ def advance(
         b1: Node 1 relative to node 0 at t = 1.
         b2: Node 2 relative to node 0 at t = 1.
         b3: Node 3 relative to node 0 at t = 1.
-        reach: How far each of the nodes 0 to 3 may end from its end, along each axis. APART then
-            holds for all such ends. The other results have a meaning for a reach of zero only.
+        reach: How far from its given end position each of the nodes 0 to 3 may end, along each
+            axis. APART then holds for all such end positions. The other results have a meaning for
+            a reach of zero only.
         max_steps: Number of steps after which the pair is given up as UNDECIDED.
 
     Returns:

@@ -40,7 +40,7 @@ from izo_ref.base.formulas.vec3 import det3
 COEFFICIENT_ERROR = 192.0 * 2.0**-53
 TINY = 1e-300
 # Rounds of Bezier clipping. Each squares the distance to a simple root, so four or five suffice;
-# the next step of `advance` continues where they end.
+# the next step of `advance` continues at the time that they reach.
 CLIPS = 6
 
 
@@ -83,7 +83,7 @@ def hull_root_bound(c: Vec4, sign: float, error: float) -> float:
 
     The graph of the cubic, times `sign`, lies in the convex hull of the points (k / 3, sign c_k).
     Each point is lowered by `error`, and the result is where the lowered hull first goes down to
-    zero. It is 0 if the graph is not certain to begin above zero.
+    zero. The result is 0 if the lowered hull does not begin above zero.
     """
     y0 = sign * c[0] - error
     y1 = sign * c[1] - error
@@ -102,23 +102,26 @@ def hull_root_bound(c: Vec4, sign: float, error: float) -> float:
 
 @compiled
 def root_free_until(c: Vec4, t: float, error: float) -> float:
-    """Return a time such that the cubic has no root from t until then.
+    """Return a time, not before t, such that the cubic has no root between t and this time.
 
-    The result is 2 if there is no root until 1, and t if nothing can be said. Each round clips the
-    hull on a window that ends at twice the distance of Newton's root. There the cubic is nearly
-    straight, so the hull is nearly the graph.
+    The result is 2 if the cubic has no root from t to 1. It is t if nothing is proved.
 
-    Rounding of the time: `low` is the time that is reached. A round computes it with an error of
-    less than 16 u, so a root may lie in the sliver between the exact time and `low`. It is not
-    skipped:
+    Each round clips the hull in a window that begins at the time reached so far. The first window
+    ends at 1. Each later window is twice as long as the distance to the root that one step of
+    Newton's method gives; it ends at 1 if that is nearer, or if there is no such root. In a short
+    window the cubic is nearly straight, so the hull is nearly the graph.
 
-    * If the cubic changes its sign in the sliver, then its value at `low` is not certain to have
-      `sign`, which is that at t, and the rounds end. The caller subtracts 16 u, so it stays before
-      the root.
-    * The cubic cannot change its sign twice in a sliver after which the rounds go on. At both ends
-      of the sliver its value, times `sign`, is then at least `error` less the rounding of its
-      coefficients, that is 8 u P or more. And |f''| <= 6 * 4 * 6 P = 144 P, so in a width of 16 u
-      the graph is below its chord by at most 144 P (16 u)^2 / 8, which is far less.
+    Rounding of the time: `low` is the time reached so far. A round computes it with an error of
+    less than 16 u, so a root may lie in the sliver between the exact time and `low`. This root is
+    not skipped, for two reasons:
+
+    * If the cubic changes its sign once in the sliver, then its value at `low` is not certain to
+      have `sign`, which is the sign at t, and the rounds end. The caller subtracts 16 u, so it
+      stays before the root.
+    * If the rounds go on after a sliver, the cubic has not changed its sign twice in it. For at
+      both ends of the sliver its value, times `sign`, is then at least `error` less the rounding of
+      its coefficients, that is 8 u P or more. And |f''| <= 6 * 4 * 6 P = 144 P, so in a width of
+      16 u the graph is below its chord by at most 144 P (16 u)^2 / 8, which is far less.
     """
     low = t
     _, rest = split(c, low)

@@ -10,15 +10,22 @@ from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import cross3, dot3, lerp3, max_abs3, scale3, sub3, unit3
 from izo_ref.detection.formulas.closest import pair_weights, weighted_sum
 
-# A gap at t = 0 below this fraction of the pair's size counts as zero, and so does the sine of an
-# angle below it. The normal of the plane then does not say from which side the pair came. Rounding
-# alone gives about 1e-15. A wrong choice here gives a poorer half-space, and costs no safety.
+# Below this number, two things count as zero: the gap at t = 0 over the size of the pair, and the
+# sine of the angle between the two edges, or between two sides of the face. The normal of the plane
+# then does not say from which side the pair came. Rounding alone gives about 1e-15. A wrong choice
+# here gives a poorer half-space, and costs no safety.
 FLAT = 1e-10
 
 
 @compiled
 def plane_normal(is_edge_edge: bool, q1: Vec3, q2: Vec3, q3: Vec3) -> Vec3:
-    """Return the unit normal of the face, or of both edges; zero where that is not defined."""
+    """Return the unit normal of the face, or of both edges; zero where that is not defined.
+
+    Three functions use it. `impact_frame` below takes it as the normal of an impact.
+    `feature_normal` below gives it to `advance` (`detection/formulas/advance.py`) as a direction to
+    try. `certainly_meets` (`certificate/formulas/meeting.py`) projects the pair along it. The last
+    two prove their answers for any direction, so there it decides only how often a proof succeeds.
+    """
     if is_edge_edge:
         u, v = q1, sub3(q3, q2)
     else:
@@ -35,10 +42,10 @@ def feature_normal(
 ) -> Vec3:
     """Return the normal of the features on which the closest points lie, on the side of n.
 
-    n is the unit vector between the closest points. Close to contact it is mostly rounding: its
-    error is about u times the size of the pair over the gap. The normal of the face, or of the two
-    edges, does not have this error. Where a closest point is inside an edge, n is made orthogonal
-    to that edge; otherwise the far end of the edge would be on the wrong side of n.
+    n is the unit vector between the closest points. Close to contact n is mostly rounding: its
+    error is about u s / g, where s is the size of the pair and g the gap. The normal of the face,
+    or of the two edges, does not have this error. Where a closest point is inside an edge, n is
+    made orthogonal to that edge; otherwise the far end of the edge would be on the wrong side of n.
     """
     if is_edge_edge:
         first_inside = weights[0] > 0.0 and weights[1] > 0.0
@@ -85,9 +92,9 @@ def impact_frame(
     a_k and b_k are nodes 1 to 3 relative to node 0 at t = 0 and t = 1. `direction` is the last
     direction that separated the sides before `toi`.
 
-    The normal is that of the face, or of the two edges. It is `direction` where these are
-    degenerate, and where the pair moves in one plane, so that its gap along that normal is zero at
-    all times. The frozen gap is linear in time and zero at `toi`, so its sign at t = 0 says from
+    The normal is that of the face, or of the two edges. In two cases it is `direction`: the face or
+    the edges are degenerate, or the pair moves in one plane, where its gap along that normal is
+    always zero. The frozen gap is linear in time and zero at `toi`, so its sign at t = 0 says from
     which side the pair came: the normal is turned so that this gap is positive.
     """
     q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)

@@ -2,8 +2,9 @@
 
 C_W has the q active constraints as its rows, in the order in which they became active. They are
 C_W = L Q, with L lower triangular and the rows of Q orthonormal. A constraint that becomes active
-adds a row to L and to Q, by being projected twice. One that becomes inactive takes a row away, and
-rotations make L triangular again.
+adds a row to L and to Q: it is projected onto the rows of Q, and once more if at most half of its
+length is left. For a constraint that becomes inactive, a row is taken away, and rotations make L
+triangular again.
 
 The functions take these arrays, for n constraints and size = 3 n_unknowns:
 
@@ -40,8 +41,9 @@ def project(
 ) -> float:
     """Split constraint c_j: r = Q c_j, rest = c_j - Q^T r; and return the length of the rest.
 
-    This length is the distance of the constraint from the span of the active ones. If little is
-    left, the rounding of the projection counts, and the rest is projected once more.
+    This length is the distance of the constraint, which has unit length, from the span of the
+    active ones. If at most half is left, the rounding of the projection counts, and the rest is
+    projected once more.
     """
     for i in range(rest.shape[0]):
         rest[i] = 0.0
@@ -64,7 +66,7 @@ def project(
 
 @compiled
 def _dot(a: Floats, b: Floats) -> float:
-    """Return the scalar product of two basis."""
+    """Return the scalar product of two vectors."""
     value = 0.0
     for i in range(a.shape[0]):
         value += a[i] * b[i]

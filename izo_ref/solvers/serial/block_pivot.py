@@ -40,9 +40,9 @@ from izo_ref.solvers.serial.dense import cholesky_solve, partial_cholesky, work_
 # pivot or a smaller one, the constraint is left out. The rounding of K moves a pivot by some 1e-15,
 # so an answer with larger pivots is right to 1e-9, and to the square of that after the correction.
 SMALLEST_PIVOT = 1e-6
-# The guess takes SWEEPS sweeps, or FEW_SWEEPS for up to FEW_CONSTRAINTS constraints. A sweep costs
-# n^2, and a factorisation a sixth of the cube of the active constraints. In small zones, exchanging
-# constraints is therefore cheaper than sweeping.
+# The guess takes SWEEPS sweeps, or FEW_SWEEPS for up to FEW_CONSTRAINTS constraints. A sweep takes
+# n^2 operations. A factorisation takes k^3 / 6, with k active constraints. In small zones,
+# exchanging constraints is therefore cheaper than sweeping.
 SWEEPS, FEW_SWEEPS, FEW_CONSTRAINTS = 8, 3, 24
 # A violation up to this many times `constraint_size` cannot be improved by a correction.
 LAST_DIGIT = 4e-16

@@ -179,8 +179,8 @@ def relative_rows(
 ) -> None:
     """Find the rows of each supernode in the front of the supernode above it.
 
-    A front consists of the supernode's own blocks, followed by its rows, which are the rows of its
-    last column.
+    A front holds the supernode's own blocks, then the rows below them. These are the rows of the
+    supernode's last column.
 
     Args:
         firsts: (n_fronts + 1,) i4, the first column of each supernode, and n.

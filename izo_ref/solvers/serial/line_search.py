@@ -9,7 +9,8 @@ over the constraints and no product with their matrix.
                   L(x + step p) - L(x) < c_1 step slope
     WOLFE         a step with the Armijo condition and |slope at x + step p| <= c_2 |slope at x|
 
-A search may find no step and returns 0. At the minimum of L, to rounding, that is the rule.
+A search may accept no step. This is what normally happens at the minimum of L, where only rounding
+is left.
 
 Source: J. Nocedal, S. Wright, Numerical Optimization (2006), sections 3.1 and 3.5; the page's
 eqs. 14, 18 and 21. Eq. 21b takes the gradient at x + step p here, as the book does.
@@ -46,11 +47,12 @@ def search_line(
         slope: Derivative of L along p at x.
         curvature: Second derivative there, without the active constraints.
         first: Step to try first.
-        settings: Which search, and its parameters.
+        settings: Which search, and its parameters. Any code other than EXACT and BACKTRACKING runs
+            as WOLFE; nothing is checked here, because `Options` checks the names on the host.
 
     Returns:
-        The step and the change of L. If no step was accepted, it is the largest one that was not
-        too long, which is 0 if there was none.
+        The step and the change of L. If no step was accepted: the largest step tried that was not
+        too long, or 0 if there was none.
     """
     exact = settings.line_search == EXACT
     wanted = (4.0 * settings.rounding if exact else settings.wolfe) * abs(slope)

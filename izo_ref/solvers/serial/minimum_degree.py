@@ -1,14 +1,15 @@
 """An order of elimination with little fill: approximate minimum degree.
 
 Cholesky factors of a sparse matrix have entries where the matrix has none (fill). How many there
-are depends on the order in which the unknowns are eliminated. The method eliminates next a vertex
-of the graph that has the least degree, or more precisely the least known bound of its degree. Four
-devices make it fast (`solvers/serial/quotient_graph.py`):
+are depends on the order in which the unknowns are eliminated. The method next eliminates the vertex
+with the smallest upper bound of its degree; this vertex is the pivot. Four devices make it fast
+(`solvers/serial/quotient_graph.py`):
 
     elements            lists of neighbours stand for the edges that eliminations add
-    absorption          an element whose list is within another one's is forgotten
-    mass elimination    vertices without other neighbours than the pivot's are eliminated with it
-    indistinguishable   vertices with the same neighbours go on as one
+    absorption          an element is forgotten if another element contains its whole list
+    mass elimination    vertices whose other neighbours are all neighbours of the pivot are
+                        eliminated with the pivot
+    indistinguishable   vertices with the same neighbours go on as one vertex
 
 Source: P. R. Amestoy, T. A. Davis, I. S. Duff, An approximate minimum degree ordering algorithm
 (1996), with its element absorption, mass elimination and bound of the degree.
@@ -157,7 +158,7 @@ def _absorb(
 ) -> None:
     """Prune the vertices of the pivot's element, and put each into a bucket.
 
-    Those without other neighbours join the pivot.
+    Vertices that have no neighbours outside the element join the pivot.
     """
     begin, end = graph.begin[pivot], graph.begin[pivot] + graph.length[pivot]
     for p in range(begin, end):

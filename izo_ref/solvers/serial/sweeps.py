@@ -9,9 +9,9 @@ direction from the point before. Where the last sweep increased the dual, the ne
 last point itself.
 
 Source: for sweeps, D. P. Bertsekas, Nonlinear Programming (1999), section 2.7; for restarts, B.
-O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes (2015), section 3.2. Here
-sweeps take the place of the gradient steps there. That has no proof, so an increase restarts the
-acceleration.
+O'Donoghue, E. Candes, Adaptive restart for accelerated gradient schemes (2015), section 3.2. The
+source uses gradient steps; here sweeps take their place. Convergence is not proved for that, so the
+acceleration restarts whenever the dual increases.
 """
 
 import math
