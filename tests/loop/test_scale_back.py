@@ -39,4 +39,4 @@ def test_scaled_back_vertices_stop_at_the_reported_share_of_their_path(rng):
     for part in result.scaled_back:
         start, end = scene.positions_t0[part.vertices], scene.positions_t1[part.vertices]
         expected = start + part.scale * (end - start)
-        np.testing.assert_allclose(result.positions[part.vertices], expected, atol=1e-15)
+        np.testing.assert_allclose(result.positions[part.vertices], expected, rtol=0.0, atol=1e-15)

@@ -57,7 +57,7 @@ def test_a_stack_touches_layer_by_layer_and_stands_on_pinned_vertices(rng):
     assert (layers[:, 1:] == layers[:, 1:2]).all()
     assert np.isinf(problem.masses[:36]).all()
     assert np.isfinite(problem.masses[36:]).all()
-    np.testing.assert_allclose(problem.weights.sum(axis=1), 0.0, atol=1e-15)
+    np.testing.assert_allclose(problem.weights.sum(axis=1), 0.0, rtol=0.0, atol=1e-15)
 
 
 def test_a_pinch_has_opposed_rows_on_each_vertex(rng):

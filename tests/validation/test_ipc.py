@@ -45,7 +45,7 @@ def test_layers_that_swap_are_found_on_the_path():
     assert complete
     assert is_edge_edge.any()
     assert not is_edge_edge.all()
-    np.testing.assert_allclose(toi, 0.5, atol=1e-7)
+    np.testing.assert_allclose(toi, 0.5, rtol=0.0, atol=1e-7)
     assert len(pairs_of(nodes, is_edge_edge)) == len(nodes)
 
 
@@ -66,7 +66,7 @@ def test_agrees_with_izo_ref_on_two_sheets(rng, monkeypatch, chunk):
     nodes, is_edge_edge, toi, complete = hits_of(scene)
     assert complete
     assert pairs_of(nodes, is_edge_edge) == pairs_of(impacts.nodes, impacts.is_edge_edge)
-    np.testing.assert_allclose(np.sort(toi), np.sort(impacts.toi), atol=1e-6)
+    np.testing.assert_allclose(np.sort(toi), np.sort(impacts.toi), rtol=0.0, atol=1e-6)
 
 
 def test_a_resolved_path_has_no_hits(rng):
