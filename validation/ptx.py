@@ -20,6 +20,7 @@ from unittest.mock import patch
 import izo_ref
 from izo_ref.base.cuda.compile import Kernel
 from izo_ref.detection.serial.tree import Tree
+from izo_ref.solvers.serial.records import Inputs, Results, WorkSpace
 from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.small_zone import Limits
 
@@ -30,7 +31,9 @@ DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": 
     "u8": "uint64",
     "b1": "boolean",
 }
-RECORDS = {"Tree": Tree, "Settings": Settings, "Limits": Limits}
+RECORDS = {
+    record.__name__: record for record in (Tree, Settings, Limits, Inputs, Results, WorkSpace)
+}
 # Kernels with a stack frame, and the reason for it.
 FRAMES = {
     "solvers.lagrangian.solve_lagrangian_by_grid": "it waits for all blocks by calls into the CUDA "
@@ -38,9 +41,12 @@ FRAMES = {
     "measured yet",
 }
 # A parameter, and the comment behind it: the shape if it is an array, and then the types in which
-# it may come, or the name of a record.
-PARAMETER = re.compile(r"^    (\w+)(?:: [\w.]+)?,  # (?:\((.*?)\) )?(\w+(?: or \w+)*)", re.M)
-FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+))?", re.M)
+# it may come; or the name of a record, and the types of those fields that offer a choice.
+PARAMETER = re.compile(
+    r"^    (\w+)(?:: [\w.]+)?,  # (?:\((.*?)\) )?(?:([A-Z]\w*)\b(?: in )?)?(\w+(?: or \w+)*)?", re.M
+)
+# A field of a record, and the comment behind it: the shape if it is an array, and the types.
+FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+(?: or \w+)*))?", re.M)
 SCALARS = {"int": "i8", "float": "f8", "bool": "b1"}
 NumbaType: TypeAlias = Any  # numba has no annotations for its types
 
@@ -81,30 +87,43 @@ def signatures(kernel: Kernel) -> dict[str, tuple[NumbaType, ...]]:
         ValueError: The contract does not fit the parameters, or offers different choices.
     """
     found = PARAMETER.findall(inspect.getsource(kernel.function))
-    names = [name for name, _, _ in found]
+    names = [name for name, *_ in found]
     expected = list(inspect.signature(kernel.function).parameters)
     if names != expected:
         raise ValueError(f"contract: expected parameters {expected}, got {names}")
-    choices = {kinds for _, _, kinds in found if " or " in kinds} or {""}
+    choices = {kinds for *_, kinds in found if " or " in kinds} or {""}
     if len(choices) > 1:
         raise ValueError(f"contract: expected the same choice of types, got {sorted(choices)}")
     return {
         choice: tuple(
-            _type(shape, choice if " or " in kinds else kinds) for _, shape, kinds in found
+            _type(shape, record, choice if " or " in kinds else kinds)
+            for _, shape, record, kinds in found
         )
         for choice in choices.pop().split(" or ")
     }
 
 
-def _type(shape: str, kind: str) -> NumbaType:
-    """Return the type of a parameter of a shape and a dtype, or of a record."""
-    if kind in DTYPES:
+def _type(shape: str, record: str, kind: str) -> NumbaType:
+    """Return the type of a parameter of a shape and a dtype, or of a record.
+
+    Args:
+        shape: The shape, or an empty string.
+        record: The name of a record, or an empty string.
+        kind: The dtype; of a record, the dtype of the fields that offer a choice.
+    """
+    if not record:
         return _array(shape, kind)
     from numba import types
 
-    fields = FIELD.findall(inspect.getsource(RECORDS[kind]))
-    members = [_array(shape, dtype or SCALARS[own]) for own, shape, dtype in fields]
-    return types.NamedTuple(members, RECORDS[kind])
+    members = []
+    for own, axes, kinds in FIELD.findall(inspect.getsource(RECORDS[record])):
+        if " or " in kinds:
+            if kind not in kinds.split(" or "):
+                raise ValueError(f"{record}: expected one of {kinds}, got {kind!r}")
+            members.append(_array(axes, kind))
+        else:
+            members.append(_array(axes, kinds or SCALARS[own]))
+    return types.NamedTuple(members, RECORDS[record])
 
 
 def _array(shape: str, kind: str) -> NumbaType:

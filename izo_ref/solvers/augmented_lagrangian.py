@@ -4,55 +4,49 @@
 """
 
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyFloats, Floats, Ints, Multipliers
+from izo_ref.base.arrays import AnyArray, Multipliers
 from izo_ref.base.options import Options
 from izo_ref.solvers.cpu import lagrangian as kernels
 from izo_ref.solvers.presets import choose_settings, preset_of
 from izo_ref.solvers.scaled_constraints import ScaledConstraints, SystemSolution
-from izo_ref.solvers.variables import Inputs, choose_variables, lay_out, make_inputs
+from izo_ref.solvers.serial.lagrangian import N_STATES
+from izo_ref.solvers.serial.records import Inputs, Results, WorkSpace
+from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.variables import choose_variables, lay_out, make_inputs
 from izo_ref.zones.system import ZoneSystem
 
-
-class Results(NamedTuple):
-    """What the kernels write, except the work space."""
-
-    x: AnyFloats
-    multipliers: AnyFloats
-    steps: Ints
-    gaps: Floats
-    violations: Floats
-    trace: Floats
-
-
 # Runs the kernels on some inputs and writes the results.
-SolveOn: TypeAlias = Callable[[Inputs, Results], Any]
-# The shape and the dtype of an array.
-Shape: TypeAlias = tuple[tuple[int, ...], Any]
+SolveOn: TypeAlias = Callable[[Inputs, Settings, Results], Any]
 
 
-def work_space(
-    inputs: Inputs, n_memory: int, n_threads: int = 1
-) -> tuple[Shape, Shape, Shape, Shape]:
-    """Return shapes and types of the arrays of zeros that the kernels take after the results.
+def make_work_space(
+    inputs: Inputs, n_memory: int, n_threads: int, zeros: Callable[..., AnyArray]
+) -> WorkSpace:
+    """Return the work space of the kernels.
 
     Args:
         inputs: The inputs of the kernels.
         n_memory: How many numbers the directions of all zones keep.
         n_threads: How many threads work on a zone.
+        zeros: Makes an array of zeros from its shape and its dtype.
     """
     n, m, dtype = inputs.curvatures.shape[0], inputs.nodes.shape[0], inputs.curvatures.dtype
-    states = (inputs.zones.shape[0], n_threads, 9), np.float64
-    return ((4, n), dtype), ((3, m), dtype), ((n_memory,), dtype), states
+    return WorkSpace(
+        zeros((4, n), dtype),
+        zeros((3, m), dtype),
+        zeros((n_memory,), dtype),
+        zeros((inputs.zones.shape[0], n_threads, N_STATES), np.float64),
+    )
 
 
-def run_on_cpu(inputs: Inputs, results: Results) -> None:
+def run_on_cpu(inputs: Inputs, settings: Settings, results: Results) -> None:
     """Run the kernel of the CPU: one thread a zone."""
-    work = work_space(inputs, inputs.memory_offsets[-1])
-    kernels.solve_lagrangian(*inputs, *results, *(np.zeros(*array) for array in work))
+    work = make_work_space(inputs, inputs.memory_offsets[-1], 1, np.zeros)
+    kernels.solve_lagrangian(inputs, settings, results, work)
 
 
 def descend(
@@ -89,7 +83,7 @@ def descend(
         np.zeros(n_zones),
         np.zeros((n_zones, settings.max_steps if trace else 0, 2)),
     )
-    solve(make_inputs(system, options, constraints, settings, variables, layout), results)
+    solve(make_inputs(system, options, constraints, variables, layout), settings, results)
     x, steps = results.x[layout.place], results.steps
     displacements = np.zeros_like(system.proposed)
     displacements[: len(x)] = variables.lengths[:, None] * x

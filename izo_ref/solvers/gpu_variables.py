@@ -22,12 +22,12 @@ from izo_ref.base.gpu_arrays import (
     to_gpu,
 )
 from izo_ref.base.options import Options
-from izo_ref.solvers.augmented_lagrangian import Results
 from izo_ref.solvers.cuda import variables as kernels
 from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
 from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, choose_settings, preset_of
+from izo_ref.solvers.serial.records import Inputs, Results
 from izo_ref.solvers.serial.settings import Settings
-from izo_ref.solvers.variables import MEMORY, Inputs
+from izo_ref.solvers.variables import MEMORY
 
 
 class _Converted(NamedTuple):
@@ -54,6 +54,7 @@ class VariablesOnGpu:
 
     Attributes:
         inputs: The inputs of the kernels that solve.
+        settings: Parameters of the loop.
     """
 
     def __init__(
@@ -76,7 +77,7 @@ class VariablesOnGpu:
         self._scales, first_steps = self._scale_zones()
         converted = self._convert_constraints()
         entries, entry_starts = self._sort_entries(flatnonzero(converted.is_entry))
-        settings = choose_settings(options, thickness)
+        self.settings = settings = choose_settings(options, thickness)
         mus, caps = self._penalties(settings, converted, entries, entry_starts)
         unknown_offsets, memory_offsets = self._find_offsets(settings)
         own_impacts, arms = self._compute_arms(entries, converted.coefficients)
@@ -98,7 +99,6 @@ class VariablesOnGpu:
             mu_caps=to_gpu(caps),
             first_steps=first_steps,
             units=self._scales,  # not used, because no trace is recorded
-            settings=settings,
         )
 
     def _scale_zones(self) -> tuple[GpuArray, GpuArray]:

@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyFloats, AnyInts, Floats, Indices, Ints, Offsets
+from izo_ref.base.arrays import AnyInts, Floats, Indices, Ints, Offsets
 from izo_ref.base.options import Options
 from izo_ref.solvers.presets import METHOD_PARAMETERS, Preset, preset_of
 from izo_ref.solvers.scaled_constraints import ScaledConstraints
 from izo_ref.solvers.serial.descent import LBFGS, NEWTON
 from izo_ref.solvers.serial.directions.lbfgs import PAIRS
-from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.serial.records import Inputs
 from izo_ref.zones.system import ZoneSystem
 
 # Memory of the directions that keep some: vectors as long as x, and single numbers.
@@ -176,34 +176,10 @@ def _penalties(
     return *METHOD_PARAMETERS[options.method].penalties(options, coupling), ones
 
 
-class Inputs(NamedTuple):
-    """What the kernels read; `solvers/cpu/lagrangian.py` states shapes and types."""
-
-    zones: Indices
-    impact_offsets: Offsets
-    unknown_offsets: Offsets
-    memory_offsets: Offsets
-    nodes: AnyInts
-    coefficients: AnyFloats
-    entries: AnyInts
-    arms: AnyFloats
-    entry_starts: AnyInts
-    normals: AnyFloats
-    starts: AnyFloats
-    metres: AnyFloats
-    curvatures: AnyFloats
-    mus: Floats
-    mu_caps: Floats
-    first_steps: Floats
-    units: Floats
-    settings: Settings
-
-
 def make_inputs(
     system: ZoneSystem,
     options: Options,
     constraints: ScaledConstraints,
-    settings: Settings,
     variables: Variables,
     layout: Layout,
 ) -> Inputs:
@@ -230,5 +206,4 @@ def make_inputs(
         curvatures,
         *_penalties(system, options, constraints),
         variables.units,
-        settings,
     )

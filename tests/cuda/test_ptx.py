@@ -43,3 +43,16 @@ def test_a_contract_that_forgets_a_parameter_is_refused():
 
     with pytest.raises(ValueError, match="other"):
         ptx.signatures(Kernel(kernel))
+
+
+def test_a_contract_must_say_the_types_of_a_record_that_offers_a_choice():
+    def kernel(
+        # In:
+        inputs,  # Inputs
+    ):
+        pass
+
+    from izo_ref.base.cuda.compile import Kernel
+
+    with pytest.raises(ValueError, match="Inputs: expected one of f8 or f4, got ''"):
+        ptx.signatures(Kernel(kernel))

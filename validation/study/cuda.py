@@ -20,9 +20,10 @@ from izo_ref.base.devices import require_gpu
 from izo_ref.base.errors import DeviceUnavailableError
 from izo_ref.base.records import Impacts, PairCounts
 from izo_ref.scene import Scene
-from izo_ref.solvers.augmented_lagrangian import Results, descend
+from izo_ref.solvers.augmented_lagrangian import descend
 from izo_ref.solvers.scaled_constraints import scale_constraints
-from izo_ref.solvers.variables import Inputs
+from izo_ref.solvers.serial.records import Inputs, Results
+from izo_ref.solvers.serial.settings import Settings
 from izo_ref.zones.system import problem_system
 from validation import ptx
 from validation.rows import Rows
@@ -171,8 +172,13 @@ def _zones(folder: Path, say: Say) -> None:
         scaled = scale_constraints(system)
         kernel_ms: list[float] = []
 
-        def solve(inputs: Inputs, results: Results, times: list[float] = kernel_ms) -> None:
-            times.append(_launch_ms(inputs, results))
+        def solve(
+            inputs: Inputs,
+            settings: Settings,
+            results: Results,
+            times: list[float] = kernel_ms,
+        ) -> None:
+            times.append(_launch_ms(inputs, settings, results))
 
         for _ in range(REPEATS + 1):
             descend(system, options, scaled, solve=solve)
@@ -190,11 +196,11 @@ def _zones(folder: Path, say: Say) -> None:
         say(f"zones: {n} impacts: {rows.all()[-1]['kernel_ms']:.3f} ms")
 
 
-def _launch_ms(inputs: Inputs, results: Results) -> float:
+def _launch_ms(inputs: Inputs, settings: Settings, results: Results) -> float:
     """Measure the time of the kernel alone, without copies to and from the GPU [ms]."""
     from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 
-    return lagrangian.run_on_gpu(inputs, results, once_ms)
+    return lagrangian.run_on_gpu(inputs, settings, results, once_ms)
 
 
 def _memory(folder: Path, say: Say) -> None:

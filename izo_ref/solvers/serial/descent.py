@@ -16,7 +16,7 @@ import math
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyBool, AnyFloats, AnyInt, AnyInts, Floats, Ints, Offsets
+from izo_ref.base.arrays import AnyBool, AnyInt, Floats
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_maxima
 from izo_ref.solvers.serial.directions.cg import cg_direction
@@ -42,6 +42,7 @@ from izo_ref.solvers.serial.lagrangian import (
     update_multipliers,
 )
 from izo_ref.solvers.serial.line_search import search_line
+from izo_ref.solvers.serial.records import Inputs, Results, WorkSpace
 from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.stopping import is_inner_solve_done, is_over, relative_gap
 
@@ -267,70 +268,60 @@ def minimise(
 
 @compiled
 def minimise_zone(
-    # In:
-    zone: AnyInt,  # the zone to solve
-    state: Floats,  # (9,) f8, zeros, of this thread alone
-    group: ThreadGroup,  # the threads that work on the zone
-    impact_offsets: Offsets,  # (n_zones + 1,) i8
-    row_offsets: Offsets,  # (n_zones + 1,) i8, where each zone begins in x; 3 numbers for its
-    # pinned vertices come last
-    memory_offsets: Offsets,  # (n_zones + 1,) i8
-    nodes: AnyInts,  # (n_impacts, 4) u4, 3 times the zone's own vertex
-    coefficients: AnyFloats,  # (n_impacts, 4) f8 or f4, 0 for pinned vertices
-    entries: AnyInts,  # (n_entries,) u4, the impacts of each vertex, numbered in its zone
-    arms: AnyFloats,  # (n_entries, 3) f8 or f4, coefficient times normal of each entry
-    entry_starts: AnyInts,  # (n_unknowns / 3 + 1,) u8
-    normals: AnyFloats,  # (n_impacts, 3) f8 or f4
-    starts: AnyFloats,  # (n_impacts,) f8 or f4, constraints at x = 0
-    metres: AnyFloats,  # (n_impacts,) f8 or f4 [m], violation of a constraint of 1
-    curvatures: AnyFloats,  # (n_unknowns,) f8 or f4, w
-    mus: Floats,  # (n_zones,) f8, penalty at first
-    mu_caps: Floats,  # (n_zones,) f8, largest penalty
-    first_steps: Floats,  # (n_zones,) f8
-    units: Floats,  # (n_zones,) f8 [kg m^2], an objective of 1
+    number: AnyInt,
+    state: Floats,
+    group: ThreadGroup,
+    inputs: Inputs,
     settings: Settings,
-    # Out:
-    x_out: AnyFloats,  # (n_unknowns,) f8 or f4, displacements; zeros on entry
-    multipliers_out: AnyFloats,  # (n_impacts,) f8 or f4
-    steps_out: Ints,  # (n_zones,) i4
-    gaps_out: Floats,  # (n_zones,) f8, relative duality gap of the answer, as the loop sees it
-    violations_out: Floats,  # (n_zones,) f8 [m], its largest violation
-    trace_out: Floats,  # (n_zones, k, 2) f8, objective [kg m^2] and violation [m]; k may be 0
-    vectors_out: AnyFloats,  # (4, n_unknowns) f8 or f4, work space
-    rows_out: AnyFloats,  # (3, n_impacts) f8 or f4, work space
-    memory_out: AnyFloats,  # (n_memory,) f8 or f4, work space
+    results_out: Results,
+    work_out: WorkSpace,
 ) -> None:
-    """Run the loop on one of several zones whose arrays lie side by side."""
-    a, b = impact_offsets[zone], impact_offsets[zone + 1]
-    i, k = row_offsets[zone], row_offsets[zone + 1]
-    steps_out[zone], gaps_out[zone], violations_out[zone] = minimise(
-        Zone(
-            nodes[a:b],
-            coefficients[a:b],
-            entries,
-            arms,
-            entry_starts[i // 3 : k // 3 + 1],
-            normals[a:b],
-            starts[a:b],
-            metres[a:b],
-            curvatures[i:k],
-            x_out[i:k],
-            multipliers_out[a:b],
-            vectors_out[0, i:k],
-            vectors_out[1, i:k],
-            vectors_out[2, i:k],
-            vectors_out[3, i:k],
-            rows_out[0, a:b],
-            rows_out[1, a:b],
-            rows_out[2, a:b],
-            memory_out[memory_offsets[zone] : memory_offsets[zone + 1]],
-            state,
-            group,
-        ),
-        settings,
-        mus[zone],
-        mu_caps[zone],
-        first_steps[zone],
-        units[zone],
-        trace_out[zone],
+    """Run the loop on one of several zones whose arrays lie side by side.
+
+    Args:
+        number: The zone to solve.
+        state: (9,) f8, zeros, of this thread alone.
+        group: The threads that work on the zone.
+        inputs: The inputs of all zones.
+        settings: Parameters of the loop.
+        results_out: The results of all zones; those of this zone are written.
+        work_out: Work space of all zones.
+    """
+    a, b = inputs.impact_offsets[number], inputs.impact_offsets[number + 1]
+    i, k = inputs.unknown_offsets[number], inputs.unknown_offsets[number + 1]
+    first, end = inputs.memory_offsets[number], inputs.memory_offsets[number + 1]
+    zone = Zone(
+        inputs.nodes[a:b],
+        inputs.coefficients[a:b],
+        inputs.entries,
+        inputs.arms,
+        inputs.entry_starts[i // 3 : k // 3 + 1],
+        inputs.normals[a:b],
+        inputs.starts[a:b],
+        inputs.metres[a:b],
+        inputs.curvatures[i:k],
+        results_out.x[i:k],
+        results_out.multipliers[a:b],
+        work_out.unknowns[0, i:k],
+        work_out.unknowns[1, i:k],
+        work_out.unknowns[2, i:k],
+        work_out.unknowns[3, i:k],
+        work_out.impacts[0, a:b],
+        work_out.impacts[1, a:b],
+        work_out.impacts[2, a:b],
+        work_out.memory[first:end],
+        state,
+        group,
     )
+    steps, gap, violation_m = minimise(
+        zone,
+        settings,
+        inputs.mus[number],
+        inputs.mu_caps[number],
+        inputs.first_steps[number],
+        inputs.units[number],
+        results_out.trace[number],
+    )
+    results_out.steps[number] = steps
+    results_out.gaps[number] = gap
+    results_out.violations[number] = violation_m

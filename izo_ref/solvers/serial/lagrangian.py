@@ -31,8 +31,9 @@ from izo_ref.base.arrays import AnyFloat, AnyFloats, AnyInts, Floats
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_maxima, group_sum, group_sums
 
-# Places in Zone.state
-MU, STEP, STORED, AGE, OMEGA, WORST, BEST, BEST_AT, INNER = range(9)
+# Places in Zone.state, and their number
+N_STATES = 9
+MU, STEP, STORED, AGE, OMEGA, WORST, BEST, BEST_AT, INNER = range(N_STATES)
 
 
 class Zone(NamedTuple):
