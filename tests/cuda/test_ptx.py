@@ -31,28 +31,31 @@ def test_kernels_need_no_memory_of_a_thread(name, kernel, signature, capability)
     assert built.spilled_bytes <= (SPILLED_BYTES if name in ptx.FRAMES else 0)
 
 
-def test_a_contract_that_forgets_a_parameter_is_refused():
-    def kernel(
-        # In:
-        values,  # (n,) f8
-        other,
-    ):
-        pass
+# Contracts are read with the indentation of a function at the top level of a module.
+def forgetful(
+    # In:
+    values,  # (n,) f8
+    other,
+):
+    pass
 
+
+def undecided(
+    # In:
+    inputs,  # Inputs
+):
+    pass
+
+
+@pytest.mark.parametrize(
+    ("function", "message"),
+    [
+        (forgetful, r"expected parameters \['values', 'other'\], got \['values'\]"),
+        (undecided, "Inputs: expected one of f8 or f4, got ''"),
+    ],
+)
+def test_a_contract_that_does_not_say_all_types_is_refused(function, message):
     from izo_ref.base.cuda.compile import Kernel
 
-    with pytest.raises(ValueError, match="other"):
-        ptx.signatures(Kernel(kernel))
-
-
-def test_a_contract_must_say_the_types_of_a_record_that_offers_a_choice():
-    def kernel(
-        # In:
-        inputs,  # Inputs
-    ):
-        pass
-
-    from izo_ref.base.cuda.compile import Kernel
-
-    with pytest.raises(ValueError, match="Inputs: expected one of f8 or f4, got ''"):
-        ptx.signatures(Kernel(kernel))
+    with pytest.raises(ValueError, match=message):
+        ptx.signatures(Kernel(function))
