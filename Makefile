@@ -4,16 +4,20 @@ BIN := .venv/bin
 # One process per core, but at most 4. Each loads what the others have compiled.
 PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
-.PHONY: demo test test-all docs report report-quick lint lock clean
+.PHONY: demo test test-all pytest docs report report-quick lint lock clean
 
 demo: .venv/demo.done
 	$(BIN)/izo demo
 
-test: .venv/dev.done lint
-	$(PYTEST)
+# The check of types takes half a minute on one core, so it runs beside the tests.
+test: .venv/dev.done
+	$(MAKE) --jobs=2 lint pytest
 
-test-all: .venv/dev.done lint
-	$(PYTEST) --slow
+test-all: .venv/dev.done
+	$(MAKE) --jobs=2 lint pytest SLOW=--slow
+
+pytest: .venv/dev.done
+	$(PYTEST) $(SLOW)
 
 # The pages of the documentation: docs/_build/html/index.html
 docs: .venv/dev.done
