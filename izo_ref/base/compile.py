@@ -103,17 +103,20 @@ def _njit(function: Function, folder: Path = CACHE_FOLDER, **options: Any) -> Fu
             **options,
         )(function)
     if not config.DISABLE_JIT:
-        _name_files_by_process(dispatcher)
+        name_files_by_process(dispatcher)
     return dispatcher
 
 
-def _name_files_by_process(dispatcher: Any) -> None:
+def name_files_by_process(dispatcher: Any) -> None:
     """Give the files with compiled code names that no other process uses.
 
     numba numbers these files by the index of the function. Two processes that save two signatures
     of one function at the same moment would write the same file, and its code would later be loaded
     for the wrong signature. With names of their own, at most one entry of the index is lost, and
-    that signature is compiled again.
+    that signature is compiled again. numba-cuda numbers its files in the same way.
+
+    Args:
+        dispatcher: The compiled function, of numba or of numba-cuda.
     """
     files = dispatcher._cache._cache_file
     files._data_name_pattern = files._data_name_pattern.replace("{number", _PROCESS + "-{number")

@@ -4,9 +4,11 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numba
+import pytest
 
 import izo_ref
 
@@ -95,3 +97,23 @@ def test_processes_that_save_at_the_same_time_write_different_files(tmp_path):
     assert run("float", "3") == ["6.0", "0"]
     index.write_bytes(of_the_first)
     assert run("int", "3") == ["6", "1"]  # from the disk, and for an int
+
+
+@pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda: izo-ref[cuda]")
+def test_files_of_cuda_kernels_are_named_by_the_process_too():
+    code = (
+        "from izo_ref.base.cuda.arrays import fill;"
+        "print(fill._dispatcher._cache._cache_file._data_name_pattern)"
+    )
+
+    def pattern():
+        done = subprocess.run(
+            [sys.executable, "-c", code],
+            cwd=PACKAGE.parent,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        return done.stdout.strip()
+
+    assert pattern() != pattern()

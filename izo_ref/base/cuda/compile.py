@@ -12,7 +12,7 @@ from typing import Any
 from numba import cuda
 from numba.cuda.core import config
 
-from izo_ref.base.compile import CACHE_FOLDER, setting
+from izo_ref.base.compile import CACHE_FOLDER, name_files_by_process, setting
 
 THREADS = 128  # threads of a block, where a kernel asks for no other number
 
@@ -36,6 +36,8 @@ class Kernel:
         self.function = function
         with setting(config, "CACHE_DIR", str(CACHE_FOLDER / "cuda")):
             self._dispatcher = cuda.jit(function, fastmath=False, cache=True)
+        if not config.ENABLE_CUDASIM:  # the simulator compiles nothing
+            name_files_by_process(self._dispatcher)
 
     def __getitem__(self, n_threads: int) -> Callable[..., None]:
         """Return the launch on n threads, in blocks of `THREADS`."""
