@@ -62,11 +62,14 @@ def implementation(device: str, on_cpu: Function, on_gpu: str) -> Function:
     Raises:
         DeviceUnavailableError: `device` is `cuda`, and numba-cuda, a driver or a GPU is missing.
     """
-    if device == "cpu":
-        return on_cpu
+    return on_cpu if device == "cpu" else _import_for_gpu(on_gpu)
+
+
+def _import_for_gpu(name: str) -> Any:
+    """Import a function that works on a GPU, named as `module:function`, after a GPU was found."""
     require_gpu()
-    module, name = on_gpu.split(":")
-    return getattr(import_module(module), name)
+    module, function = name.split(":")
+    return getattr(import_module(module), function)
 
 
 def require_gpu() -> None:
@@ -145,13 +148,9 @@ def copy_to_cpu(name: str, array: Any) -> Any:
     """
     if not is_on_gpu(array):
         return array
-    view = implementation("cuda", _identity, "izo_ref.base.gpu_interop:viewed")
+    view = _import_for_gpu("izo_ref.base.gpu_interop:viewed")
     try:
         # bound to the default stream, so that the copy is complete when this returns
         return view(array).bind().copy_to_host()
     except NotImplementedError as error:
         raise ShapeError(f"{name}: expected an array that can be copied: {error}") from None
-
-
-def _identity(array: Any) -> Any:
-    return array

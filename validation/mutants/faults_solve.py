@@ -4,7 +4,6 @@ from validation.mutants.fault import CPU_SIMULATOR, ELSEWHERE, Fault
 
 SOLVE = "tests/solvers/test_solve.py"
 RESIDUALS = "tests/zones/test_problem.py"
-EVERY_SET = "tests/solvers/test_solve.py::test_solutions_are_the_best_over_all_active_sets"
 CERTIFIED = "tests/solvers/test_solve.py::test_random_zones_are_solved_to_tolerance"
 THREADS = "tests/loop/test_resolve.py::test_same_bits_with_one_thread_and_with_two"
 
