@@ -13,7 +13,7 @@ from izo_ref.base.devices import copy_to_cpu, detach, is_on_gpu
 from izo_ref.base.errors import DegenerateFaceError, InitialIntersectionError, OptionError
 from izo_ref.base.mesh import edges_of
 from izo_ref.base.records import Pairs
-from izo_ref.detection.intersections import intersecting_pairs
+from izo_ref.detection.intersections import find_intersections
 
 SHOWN = 5  # intersections that the message of an error names
 
@@ -110,17 +110,17 @@ class Scene:
 
     def _initial_intersections(self, exclude: bool) -> Pairs | None:
         """Return the pairs that intersect at the start, None if there are none, or raise."""
-        descriptions, pairs = intersecting_pairs(self.positions_t0, self.edges, self.faces)
-        if len(pairs.nodes) == 0:
+        found = find_intersections(self.positions_t0, self.edges, self.faces)
+        if found.n_found == 0:
             return None
         if exclude:
-            return pairs
-        shown = "; ".join(f"{a} and {b}" for a, b in descriptions[:SHOWN])
+            return found.pairs()
+        shown = "; ".join(f"{a} and {b}" for a, b in found.describe(SHOWN))
         raise InitialIntersectionError(
             "positions_t0: expected a mesh without intersections, found "
-            f"{len(descriptions)}, the first: {shown}. Pass initial_intersections='exclude' to "
+            f"{found.n_found}, the first: {shown}. Pass initial_intersections='exclude' to "
             "leave these pairs out.",
-            pairs,
+            found.pairs(),
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from izo_ref.app.files import FilePath, replacing
 from izo_ref.app.picture import draw
 from izo_ref.base.arrays import AnyArray, AnyInts, Flags, Floats, Positions
-from izo_ref.detection.intersections import intersecting_pairs
+from izo_ref.detection.intersections import find_intersections
 from izo_ref.loop.iterate import Iteration
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
@@ -131,10 +131,10 @@ def _crossing_faces(positions: Positions, scene: Scene) -> tuple[Flags, int]:
     Returns:
         (m,) b1, faces in an intersection, and the number of edges that go through faces.
     """
-    found, pairs = intersecting_pairs(positions, scene.edges, scene.faces)
+    found = find_intersections(positions, scene.edges, scene.faces)
     hit = np.zeros(len(positions), bool)
-    hit[pairs.nodes] = True
-    return np.all(hit[scene.faces], axis=1), len(found)
+    hit[found.pairs().nodes] = True
+    return np.all(hit[scene.faces], axis=1), found.n_found
 
 
 def _view(positions: Floats, faces: AnyInts, colors: AnyArray) -> str:

@@ -1,14 +1,15 @@
 """Find the elements of a mesh that intersect at rest, exactly.
 
-A filter in floats decides almost all pairs; rational arithmetic decides the others.
+A filter in floats decides almost all pairs; exact arithmetic decides the others.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Ints, Positions
-from izo_ref.base.exact import simplices_meet
+from izo_ref.base.exact import sides_meet
 from izo_ref.base.records import Pairs
 from izo_ref.detection.cpu.contacts import find_crossings
 from izo_ref.detection.detector import Detector
@@ -16,33 +17,64 @@ from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED
 from izo_ref.detection.trees import Elements, meeting_pairs, vertex_boxes
 
 
-def intersecting_pairs(
-    positions: Positions, edges: Edges, faces: Faces
-) -> tuple[list[tuple[str, str]], Pairs]:
-    """Find the pairs that intersect at rest; touching is intersecting.
+class Intersections(NamedTuple):
+    """The elements of a mesh that intersect at rest.
+
+    Attributes:
+        crossing_edges: (n, 2) i4, the vertices of each edge that meets a face.
+        crossed_faces: (n, 3) i4, the vertices of that face. Both are sorted by edge and face.
+        touching: The vertex-face and edge-edge `Pairs` that touch.
+    """
+
+    crossing_edges: Edges
+    crossed_faces: Faces
+    touching: Pairs
+
+    @property
+    def n_found(self) -> int:
+        """Number of intersections."""
+        return len(self.crossing_edges) + len(self.touching.nodes)
+
+    def describe(self, most: int) -> list[tuple[str, str]]:
+        """Return the two elements of the first intersections, `most` of them at most.
+
+        An intersection is, for example, ("edge (0, 1)", "face (2, 3, 4)").
+        """
+        found = [
+            (f"edge {_ids(edge)}", f"face {_ids(face)}")
+            for edge, face in zip(self.crossing_edges[:most], self.crossed_faces, strict=False)
+        ]
+        for nodes, is_edge_edge in zip(*(column[:most] for column in self.touching), strict=True):
+            split = 2 if is_edge_edge else 1
+            names = ("edge", "edge") if is_edge_edge else ("vertex", "face")
+            found.append((f"{names[0]} {_ids(nodes[:split])}", f"{names[1]} {_ids(nodes[split:])}"))
+        return found[:most]
+
+    def pairs(self) -> Pairs:
+        """Return the vertex-face and edge-edge pairs of all intersections, each once, sorted.
+
+        Where an edge meets a face, each of the five pairs of the two may start on the wrong side,
+        so all five are returned.
+        """
+        crossings = _pairs_of_crossings(self.crossing_edges, self.crossed_faces)
+        return _unique_pairs([crossings, self.touching])
+
+
+def find_intersections(positions: Positions, edges: Edges, faces: Faces) -> Intersections:
+    """Find the elements that intersect at rest; touching is intersecting.
 
     A mesh intersects itself if an edge meets a face with which it shares no vertex, or if a
-    vertex-face or edge-edge pair touches. Where an edge meets a face, each of the five vertex-face
-    and edge-edge pairs of the two may start on the wrong side, so all five are returned. Two faces
-    with the same three vertices lie on each other however they move; this is no intersection.
+    vertex-face or edge-edge pair touches. Two faces with the same three vertices lie on each other
+    however they move; this is no intersection.
 
     Args:
         positions: (n_vertices, 3) f8 [m].
         edges: (n_edges, 2) i4.
         faces: (n_faces, 3) i4.
-
-    Returns:
-        For each intersection, descriptions of its two elements, such as ("edge (0, 1)",
-        "face (2, 3, 4)"); and the `Pairs`, each once.
     """
     crossing = _crossing_edges(positions, edges, faces)
     touching = _touching_pairs(positions, edges, faces)
-    found = [(f"edge {_ids(edges[e])}", f"face {_ids(faces[f])}") for e, f in crossing]
-    for nodes, is_edge_edge in zip(*touching, strict=True):
-        split = 2 if is_edge_edge else 1
-        names = ("edge", "edge") if is_edge_edge else ("vertex", "face")
-        found.append((f"{names[0]} {_ids(nodes[:split])}", f"{names[1]} {_ids(nodes[split:])}"))
-    return found, _unique_pairs([_pairs_of_crossings(edges, faces, crossing), touching])
+    return Intersections(edges[crossing[:, 0]], faces[crossing[:, 1]], touching)
 
 
 def _ids(nodes: Ints) -> tuple[int, ...]:
@@ -61,10 +93,10 @@ def _crossing_edges(positions: Positions, edges: Edges, faces: Faces) -> Ints:
     near = statuses != APART
     pairs, statuses = pairs[near], statuses[near]
     found = np.column_stack([side.tree.order[pairs[:, k]] for k, side in enumerate(elements)])
-    for i in np.flatnonzero(statuses == UNDECIDED):
-        edge, face = found[i]
-        if simplices_meet(positions[edges[edge]], positions[faces[face]]):
-            statuses[i] = CONTACT
+    unsure = np.flatnonzero(statuses == UNDECIDED)
+    edge, face = found[unsure].T
+    meet = sides_meet(positions[edges[edge]], positions[faces[face]])
+    statuses[unsure[meet]] = CONTACT
     found = found[statuses == CONTACT]
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
@@ -77,18 +109,16 @@ def _touching_pairs(positions: Positions, edges: Edges, faces: Faces) -> Pairs:
     """
     detector = Detector(positions, edges, faces, start_is_free=False)
     near = detector.find(positions)
-    sides = np.where(near.is_edge_edge, 2, 1)
-    touch = [
-        simplices_meet(positions[nodes[:k]], positions[nodes[k:]])
-        for nodes, k in zip(near.nodes, sides, strict=True)
-    ]
-    touch = np.array(touch, bool)
+    touch = np.empty(len(near.toi), bool)
+    for kind, split in ((False, 1), (True, 2)):
+        own = near.is_edge_edge == kind
+        points = positions[near.nodes[own]]
+        touch[own] = sides_meet(points[:, :split], points[:, split:])
     return Pairs(near.nodes[touch], near.is_edge_edge[touch])
 
 
-def _pairs_of_crossings(edges: Edges, faces: Faces, crossing: Ints) -> Pairs:
+def _pairs_of_crossings(edge: Edges, face: Faces) -> Pairs:
     """Return the five vertex-face and edge-edge pairs of each edge and the face that it meets."""
-    edge, face = edges[crossing[:, 0]], faces[crossing[:, 1]]
     parts = [np.column_stack((edge[:, k], face)) for k in range(2)]
     for k in range(3):
         side = np.sort(face[:, [k, (k + 1) % 3]], axis=1)
@@ -99,6 +129,14 @@ def _pairs_of_crossings(edges: Edges, faces: Faces, crossing: Ints) -> Pairs:
 
 
 def _unique_pairs(parts: Sequence[Pairs]) -> Pairs:
-    rows = np.concatenate([np.column_stack((p.is_edge_edge, p.nodes)) for p in parts])
-    rows = np.unique(rows, axis=0)
-    return Pairs(rows[:, 1:].astype(np.int32), rows[:, 0].astype(bool))
+    nodes = np.concatenate([part.nodes for part in parts])
+    kinds = np.concatenate([part.is_edge_edge for part in parts])
+    # two vertices in one number, because sorting rows takes longer
+    a, b, c, d = nodes.T.astype(np.int64)
+    keys = a << 32 | b, c << 32 | d
+    order = np.lexsort((keys[1], keys[0], kinds))
+    columns = [column[order] for column in (kinds, *keys)]
+    first = np.ones(len(order), bool)
+    first[1:] = np.logical_or.reduce([column[1:] != column[:-1] for column in columns])
+    order = order[first]
+    return Pairs(nodes[order], kinds[order])

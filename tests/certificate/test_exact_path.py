@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.base.exact import simplices_meet
 from izo_ref.certificate.exact_path import first_meeting, roots_in_unit_interval, sign_at
 from tests.helpers.queries import SOURCES, queries_of
+from tests.naive.simplices import simplices_meet
 from validation.oracles import path as path_oracle
 
 Z, X, Y, FAR = [0, 0, 0], [1, 0, 0], [0, 1, 0], [3, 0, 0]

@@ -5,12 +5,12 @@ import re
 import numpy as np
 import pytest
 
-from izo_ref.base.exact import simplices_meet
 from izo_ref.base.mesh import edges_of
-from izo_ref.detection.intersections import intersecting_pairs
+from izo_ref.detection.intersections import find_intersections
 from tests.helpers.own_scenes import scene
 from tests.helpers.shapes import grid
 from tests.helpers.steps import load
+from tests.naive.simplices import simplices_meet
 from validation.oracles.fcl import crossing_faces
 
 FACE = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -131,10 +131,10 @@ def test_fewer_than_two_faces_have_no_crossing(faces):
 
 def expected_pairs(positions, faces):
     """Return the pairs of faces, of which an edge of one meets the other, as izo_ref finds them."""
-    found, _ = intersecting_pairs(positions, edges_of(faces), faces)
+    found = find_intersections(positions, edges_of(faces), faces)
     corners = [set(face) for face in faces.tolist()]
     owners = []
-    for names in found:
+    for names in found.describe(found.n_found):
         sides = [set(map(int, re.findall(r"\d+", name))) for name in names]
         owners += [tuple([i for i, c in enumerate(corners) if side <= c] for side in sides)]
     pairs = {(min(i, j), max(i, j)) for a, b in owners for i in a for j in b if i != j}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from flint import ctx, fmpz_poly
 
-from izo_ref.base.exact import simplices_meet
 from tests.helpers.path_cases import CASES, MISS
 from tests.helpers.queries import SOURCES, queries_of
 from tests.naive.closest import distance
+from tests.naive.simplices import simplices_meet
 from validation.oracles.path import _real_roots, first_meeting, meets
 
 
