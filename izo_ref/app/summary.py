@@ -51,7 +51,8 @@ def certificate_summary(certificate: PathCertificate) -> dict[str, Any]:
     content = certificate._asdict()
     content["meeting"] = pairs_summary(certificate.meeting, certificate.meeting_toi)
     content["excluded"] = pairs_summary(certificate.excluded)
-    del content["meeting_toi"]
+    for array in ("meeting_toi", "scene", "positions"):
+        del content[array]
     return content
 
 

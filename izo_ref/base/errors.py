@@ -46,6 +46,10 @@ class InitialIntersectionError(IzoError):
         self.pairs = pairs
 
 
+class UncertifiedStartError(IzoError):
+    """The next step cannot start where a step ended, because that end is not certified free."""
+
+
 class OptionError(IzoError):
     """An option has a value that is not offered."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 from collections.abc import Iterable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from izo_ref.base.arrays import (
     Faces,
     Flags,
     Indices,
+    Ints,
     Masses,
     Nodes,
     Normals,
@@ -20,6 +21,10 @@ from izo_ref.base.arrays import (
     Times,
     Weights,
 )
+
+# Orders in which the vertices, edges and faces of a mesh enter trees of boxes, each (n,) i4.
+# Elements that follow one another are close in space. Any order gives the same answers.
+TreeOrders: TypeAlias = tuple[Ints, Ints, Ints]
 
 
 class Status(enum.Enum):
@@ -51,6 +56,7 @@ class SceneArrays(Protocol):
         excluded: Pairs that are left out, or None.
         on_gpu: `{name: (array, order)}` for positions that came from a GPU; `order` maps vertices
             to rows of the array, or is None.
+        tree_orders: Orders in which vertices, edges and faces enter trees.
     """
 
     positions_t0: Positions
@@ -61,6 +67,7 @@ class SceneArrays(Protocol):
     pinned: Flags
     excluded: Pairs | None
     on_gpu: dict[str, tuple[Any, Indices | None]]
+    tree_orders: TreeOrders
 
 
 class Pairs(NamedTuple):

@@ -35,6 +35,9 @@ class PathCertificate(NamedTuple):
             most the rounding of the proof.
         time_free: Time until which every pair is apart; 1 if the path is free.
         excluded: The `Pairs` that were ignored because they intersect at the start, or None.
+        scene: The scene whose mesh and start the path has.
+        positions: (n, 3) f8 [m], the end of the path; read-only, because the proof holds for these
+            bits.
     """
 
     free: bool
@@ -48,6 +51,8 @@ class PathCertificate(NamedTuple):
     meeting_toi: Times
     time_free: float
     excluded: Pairs | None
+    scene: SceneArrays
+    positions: Positions
 
 
 def certify_path(
@@ -91,6 +96,7 @@ def certify_path(
     """
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
+    positions.setflags(write=False)
     filter_path = implementation(
         choose_device(device, scene), _filter_path, "izo_ref.certificate.gpu_filter:filter_path"
     )
@@ -110,6 +116,8 @@ def certify_path(
         meeting_toi=meeting.toi,
         time_free=float(meeting.toi.min(initial=1.0)),
         excluded=scene.excluded,
+        scene=scene,
+        positions=positions,
     )
 
 
@@ -117,8 +125,8 @@ def _filter_path(
     scene: SceneArrays, positions: Positions, rules: Set[str]
 ) -> tuple[Impacts, Flags, PairCounts]:
     """Return the pairs not proved apart, which of them certainly meet, and the counts."""
-    start = scene.positions_t0
-    detector = Detector(start, scene.edges, scene.faces, scene.excluded, rules)
+    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
+    detector = Detector(start, edges, faces, scene.excluded, rules, orders=scene.tree_orders)
     found = detector.find(positions)
     meets = np.empty(len(found.toi), bool)
     kernels.decide_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)

@@ -7,11 +7,11 @@ import numpy as np
 from izo_ref.base.arrays import Edges, Faces, Flags, Floats, Positions
 from izo_ref.base.mesh import median_length
 from izo_ref.base.options import RULES
-from izo_ref.base.records import Impacts, PairCounts, Pairs, join_impacts
+from izo_ref.base.records import Impacts, PairCounts, Pairs, TreeOrders, join_impacts
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.near_pairs import NearPairs, rows_differ
 from izo_ref.detection.pair_keys import pair_keys
-from izo_ref.detection.trees import Elements, vertex_boxes
+from izo_ref.detection.trees import Elements, tree_orders, vertex_boxes
 
 # A vertex that left its reach gets a new one, as large as its move since the last detection: the
 # loop converges, so it will hardly move as far again soon. A vertex that moved by more than this
@@ -38,6 +38,7 @@ class Detector:
             have no effect here.
         start_is_free: Whether the start is known to be free, from an exact check. Pairs at rest are
             then apart.
+        orders: Orders in which vertices, edges and faces enter the trees; from the start if None.
 
     Attributes:
         counts: `PairCounts` of the last detection.
@@ -52,12 +53,14 @@ class Detector:
         rules: Set[str] = frozenset(RULES),
         *,
         start_is_free: bool = True,
+        orders: TreeOrders | None = None,
     ) -> None:
         """Keep the start and the mesh; the first `find` makes the trees."""
         vertices = np.arange(len(positions_t0), dtype=np.int32)[:, None]
         self.counts = PairCounts()
         self._nodes = vertices, edges, faces
         self._positions_t0 = positions_t0
+        self._orders = orders or tree_orders(positions_t0, edges, faces)
         self._excluded = None if excluded is None else set(pair_keys(excluded))
         self._rules = rules
         self._start_is_free = start_is_free
@@ -116,7 +119,7 @@ class Detector:
 
     def _make_trees(self, positions_t1: Positions) -> None:
         """Make the trees, without the components at rest that nothing reaches."""
-        chosen, self._left_out = [None, None, None], None
+        orders, self._left_out = self._orders, None
         may_leave_out = "one-box" in self._rules and self._start_is_free
         if may_leave_out and not rows_differ(self._positions_t0, positions_t1).all():
             if self._components is None:
@@ -124,11 +127,13 @@ class Detector:
             far = self._components.out_of_reach(self._positions_t0, positions_t1)
             if far.any():
                 self._left_out, kept = far, ~far[self._components.component]
-                chosen = [np.flatnonzero(kept[nodes[:, 0]]) for nodes in self._nodes]
+                orders = [
+                    order[kept[nodes[order, 0]]]
+                    for nodes, order in zip(self._nodes, orders, strict=True)
+                ]
         dtype = np.float32 if "float32-boxes" in self._rules else np.float64
         vertices, edges, faces = (
-            Elements(nodes, self._positions_t0, ids, dtype)
-            for nodes, ids in zip(self._nodes, chosen, strict=True)
+            Elements(nodes, order, dtype) for nodes, order in zip(self._nodes, orders, strict=True)
         )
         self._elements = vertices, edges, faces
         known = self._positions_t0, self._start_is_free, self._excluded

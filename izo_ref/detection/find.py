@@ -35,5 +35,6 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
 
 def _find_on_cpu(scene: SceneArrays) -> Impacts:
-    detector = Detector(scene.positions_t0, scene.edges, scene.faces, scene.excluded)
+    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
+    detector = Detector(start, edges, faces, scene.excluded, orders=scene.tree_orders)
     return detector.find(scene.positions_t1)

@@ -10,11 +10,11 @@ import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Ints, Positions
 from izo_ref.base.exact import sides_meet
-from izo_ref.base.records import Pairs
+from izo_ref.base.records import Pairs, TreeOrders
 from izo_ref.detection.cpu.contacts import find_crossings
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED
-from izo_ref.detection.trees import Elements, meeting_pairs, vertex_boxes
+from izo_ref.detection.trees import Elements, meeting_pairs, tree_orders, vertex_boxes
 
 
 class Intersections(NamedTuple):
@@ -60,7 +60,9 @@ class Intersections(NamedTuple):
         return _unique_pairs([crossings, self.touching])
 
 
-def find_intersections(positions: Positions, edges: Edges, faces: Faces) -> Intersections:
+def find_intersections(
+    positions: Positions, edges: Edges, faces: Faces, orders: TreeOrders | None = None
+) -> Intersections:
     """Find the elements that intersect at rest; touching is intersecting.
 
     A mesh intersects itself if an edge meets a face with which it shares no vertex, or if a
@@ -71,9 +73,11 @@ def find_intersections(positions: Positions, edges: Edges, faces: Faces) -> Inte
         positions: (n_vertices, 3) f8 [m].
         edges: (n_edges, 2) i4.
         faces: (n_faces, 3) i4.
+        orders: Orders in which vertices, edges and faces enter trees; from the positions if None.
     """
-    crossing = _crossing_edges(positions, edges, faces)
-    touching = _touching_pairs(positions, edges, faces)
+    orders = orders or tree_orders(positions, edges, faces)
+    crossing = _crossing_edges(positions, edges, faces, orders)
+    touching = _touching_pairs(positions, edges, faces, orders)
     return Intersections(edges[crossing[:, 0]], faces[crossing[:, 1]], touching)
 
 
@@ -81,9 +85,9 @@ def _ids(nodes: Ints) -> tuple[int, ...]:
     return tuple(int(node) for node in nodes)
 
 
-def _crossing_edges(positions: Positions, edges: Edges, faces: Faces) -> Ints:
+def _crossing_edges(positions: Positions, edges: Edges, faces: Faces, orders: TreeOrders) -> Ints:
     """Return the edge and the face of each edge that meets a face, (n, 2), sorted."""
-    elements = Elements(edges, positions), Elements(faces, positions)
+    elements = Elements(edges, orders[1]), Elements(faces, orders[2])
     boxes, every = vertex_boxes(positions, positions, positions), np.ones(len(positions), bool)
     for side in elements:
         side.refit(boxes, every)
@@ -101,13 +105,13 @@ def _crossing_edges(positions: Positions, edges: Edges, faces: Faces) -> Ints:
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
 
-def _touching_pairs(positions: Positions, edges: Edges, faces: Faces) -> Pairs:
+def _touching_pairs(positions: Positions, edges: Edges, faces: Faces, orders: TreeOrders) -> Pairs:
     """Return the vertex-face and edge-edge pairs that touch.
 
     The detector finds the pairs that may touch, as far as rounding can tell. Exact arithmetic
     decides which of them do.
     """
-    detector = Detector(positions, edges, faces, start_is_free=False)
+    detector = Detector(positions, edges, faces, start_is_free=False, orders=orders)
     near = detector.find(positions)
     touch = np.empty(len(near.toi), bool)
     for kind, split in ((False, 1), (True, 2)):

@@ -8,6 +8,8 @@ from numpy.typing import DTypeLike
 from izo_ref.base.arrays import (
     AnyFloats,
     Bits,
+    Edges,
+    Faces,
     Flags,
     Floats,
     Indices,
@@ -16,6 +18,7 @@ from izo_ref.base.arrays import (
     Positions,
 )
 from izo_ref.base.ranges import ranges
+from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, find_pairs
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
@@ -28,29 +31,19 @@ ROOM = 8 * CHUNK
 class Elements:
     """Elements of one kind (vertices, edges or faces), sorted in space, in a tree of boxes.
 
-    Each element has a place in the tree. The order is made once, from the start positions.
+    Each element has a place in the tree.
 
     Args:
         nodes: (n, k) i4, vertices of all elements of this kind.
-        positions_t0: (n_vertices, 3) f8 [m], start positions.
-        ids: (m,), the elements that enter the tree; all if None.
+        order: (m,) i4, the elements that enter the tree, sorted in space (`tree_orders`).
         dtype: Type of the boxes, f4 or f8.
 
     Attributes:
         tree: `Tree`.
     """
 
-    def __init__(
-        self,
-        nodes: Ints,
-        positions_t0: Positions,
-        ids: Indices | None = None,
-        dtype: DTypeLike = np.float32,
-    ) -> None:
-        """Sort the elements, and make the tree with empty boxes."""
-        chosen = nodes if ids is None else nodes[ids]
-        order = np.argsort(morton_codes_of(positions_t0, chosen))
-        order = (order if ids is None else ids[order]).astype(np.int32)
+    def __init__(self, nodes: Ints, order: Ints, dtype: DTypeLike = np.float32) -> None:
+        """Make the tree with empty boxes."""
         self.tree = Tree(order, np.ascontiguousarray(nodes[order]), *bare_tree(len(order), dtype))
 
     def refit(self, vertex_boxes: AnyFloats, vertex_moved: Flags) -> None:
@@ -82,6 +75,22 @@ class Elements:
     def in_lanes(self) -> Flags:
         """Return whether the element in each place is marked in the tree, (>= m,) b1."""
         return _unpacked(self.tree.lanes[: self.tree.levels[1]])
+
+
+def tree_orders(positions: Positions, edges: Edges, faces: Faces) -> TreeOrders:
+    """Sort the vertices, the edges and the faces of a mesh along a Morton curve.
+
+    Args:
+        positions: (n_vertices, 3) f8 [m].
+        edges: (n_edges, 2) i4.
+        faces: (n_faces, 3) i4.
+    """
+    vertices = np.arange(len(positions), dtype=np.int32)[:, None]
+    of_vertices, of_edges, of_faces = (
+        np.argsort(morton_codes_of(positions, nodes)).astype(np.int32)
+        for nodes in (vertices, edges, faces)
+    )
+    return of_vertices, of_edges, of_faces
 
 
 def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:

@@ -11,8 +11,7 @@ import copy
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInts, Faces, Indices
-from izo_ref.base.mesh import edges_of
+from izo_ref.base.arrays import AnyInts, Edges, Faces, Indices
 from izo_ref.base.records import Impacts, Pairs
 from izo_ref.detection.trees import morton_codes_of
 from izo_ref.scene import Scene
@@ -31,7 +30,8 @@ def geometric_order(scene: Scene) -> Indices:
     """
     vertices = np.arange(len(scene.pinned), dtype=np.int32)[:, None]
     codes = morton_codes_of(scene.positions_t0, vertices)
-    order = np.argsort(codes, kind="stable")
+    nearly = scene.tree_orders[0]  # so that sorting takes a quarter of the time
+    order = nearly[np.argsort(codes[nearly], kind="stable")].astype(np.int64)
     if (np.diff(codes[order]) > 0).all():
         return order
     both = np.hstack((scene.positions_t0, scene.positions_t1))
@@ -51,8 +51,16 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
     for name in ("positions_t0", "positions_t1", "masses", "pinned"):
         setattr(result, name, np.ascontiguousarray(getattr(scene, name)[order]))
     result.on_gpu = {name: (array, order) for name, (array, _) in scene.on_gpu.items()}
-    result.faces = _canonical_faces(place[scene.faces])
-    result.edges = edges_of(result.faces)
+    # In the order of the trees the keys are nearly sorted, and sorting takes a third of the time.
+    _, edges, faces = scene.tree_orders
+    result.faces = _canonical_faces(place[scene.faces[faces]])
+    result.edges = _canonical_edges(place[scene.edges[edges]])
+    # Elements that are sorted by their vertices on the curve are sorted in space: queries of the
+    # trees take as long as with an order of their own.
+    vertices, edges, faces = (
+        np.arange(len(part), dtype=np.int32) for part in (order, result.edges, result.faces)
+    )
+    result.tree_orders = vertices, edges, faces
     if scene.excluded is not None:
         result.excluded = Pairs(place[scene.excluded.nodes], scene.excluded.is_edge_edge)
     return result
@@ -67,9 +75,16 @@ def _canonical_faces(faces: Faces) -> Faces:
         return np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])
     # all three corners in one number, because sorting rows takes longer
     a, b, c = faces.T.astype(np.int64)
-    keys = np.sort(a << 42 | b << 21 | c)
+    keys = np.sort(a << 42 | b << 21 | c, kind="stable")
     corners = keys >> 42, keys >> 21 & LARGEST_CORNER, keys & LARGEST_CORNER
     return np.column_stack(corners).astype(np.int32)
+
+
+def _canonical_edges(edges: Edges) -> Edges:
+    """Put the lower vertex of each edge first, and sort the edges."""
+    a, b = edges.T
+    keys = np.sort(np.minimum(a, b).astype(np.int64) << 32 | np.maximum(a, b), kind="stable")
+    return np.column_stack((keys >> 32, keys & 0xFFFFFFFF)).astype(np.int32)
 
 
 def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[Impacts, Indices]:

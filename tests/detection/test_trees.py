@@ -27,7 +27,10 @@ def trees(start, end, *nodes, moved=None, dtype=np.float32):
     All elements issue queries, or, if `moved` is given, those with a moved vertex.
     """
     boxes = vertex_boxes(start, end, end, dtype)
-    elements = [Elements(part, start, dtype=dtype) for part in nodes]
+    elements = [
+        Elements(part, np.argsort(broad.morton_codes_of(start, part)).astype(np.int32), dtype)
+        for part in nodes
+    ]
     for part in elements:
         part.refit(boxes, np.ones(len(start), bool))
         if moved is not None:
@@ -140,8 +143,8 @@ def test_an_empty_tree_has_no_pairs():
 def test_a_tree_of_chosen_elements_finds_their_pairs_alone(rng):
     start, end, faces = mesh(rng, 6)
     edges = edges_of(faces)
-    ids = np.flatnonzero(rng.random(len(edges)) < 0.5)
-    chosen = Elements(edges, start, ids)
+    ids = rng.permutation(len(edges))[: len(edges) // 2].astype(np.int32)
+    chosen = Elements(edges, ids)
     chosen.refit(vertex_boxes(start, end, end), np.ones(len(start), bool))
     (every,) = trees(start, end, edges)
     own = set(ids.tolist())

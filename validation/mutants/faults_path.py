@@ -9,6 +9,7 @@ BY_HAND = "tests/certificate/test_exact_path.py::test_meeting_times_are_those_wo
 ROOTS = "tests/certificate/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
 EXACT = "tests/certificate/test_exact_path.py"
 SCALE_BACK = "tests/loop/test_scale_back.py"
+NEXT_STEP = "tests/loop/test_next_step.py"
 BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 
 PATHS = [
@@ -176,6 +177,30 @@ PATHS = [
         "    number = Fraction(time.high, time.unit)\n",
         "The time of a meeting may be given too late.",
         (BY_HAND, EXACT),
+    ),
+    Fault(
+        "uncertified-end-is-a-start",
+        "izo_ref/scene.py",
+        "    if not certificate.free:\n",
+        "    if not certificate.free and certificate.time_free == 0.0:\n",
+        "The next step may start where a path ends that is free only at its beginning.",
+        (NEXT_STEP,),
+    ),
+    Fault(
+        "changed-end-is-a-start",
+        "izo_ref/scene.py",
+        "    if not np.array_equal(result.positions, certificate.positions):\n",
+        "    if result.positions.shape != certificate.positions.shape:\n",
+        "The next step starts where the last one ended, although the caller's end is another.",
+        (NEXT_STEP,),
+    ),
+    Fault(
+        "excluded-pairs-stay-excluded",
+        "izo_ref/scene.py",
+        "        if self.excluded is not None:\n",
+        "        if False:\n",
+        "Pairs that came apart stay excluded in the next step, and others are never excluded.",
+        (NEXT_STEP,),
     ),
     Fault(
         "one-coordinate-is-a-place",
