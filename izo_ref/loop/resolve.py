@@ -25,8 +25,8 @@ from izo_ref.loop.step import Step
 from izo_ref.scene import Scene
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
-from izo_ref.zones.problem import Residuals, residuals
-from izo_ref.zones.system import zone_problem
+from izo_ref.zones.problem import Residuals, ZoneProblem, residuals_of_zones
+from izo_ref.zones.system import zone_system
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -250,13 +250,13 @@ def _judge(
     positions: Positions,
 ) -> list[Residuals]:
     """Compute the residuals of each zone from the positions and multipliers that are returned."""
-    judged = []
-    for zone in range(len(zones)):
-        own = zones.impacts_of(zone)
-        vertices = np.unique(impacts.nodes[own])
-        problem = zone_problem(scene, impacts, zones, zone, thickness)
-        judged.append(residuals(problem, positions[vertices], multipliers[own]))
-    return judged
+    system = zone_system(scene, impacts, zones, np.arange(len(zones)), thickness)
+    # the arrays that the residuals read, in the order of the fields of a problem
+    problem = ZoneProblem(*system[2:])
+    ends = np.empty_like(system.proposed)
+    ends[system.nodes] = positions[impacts.nodes[zones.impacts]]
+    offsets = system.impact_offsets, system.vertex_offsets
+    return residuals_of_zones(problem, ends, multipliers[zones.impacts], *offsets)
 
 
 def _verdict(

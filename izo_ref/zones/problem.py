@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Floats, Multipliers, Positions
+from izo_ref.base.arrays import AnyArray, Floats, Multipliers, Offsets, Positions
 
 
 class ZoneProblem:
@@ -162,39 +162,86 @@ def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multiplie
 
     Source: docs/method section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
     """
-    if not (np.isfinite(positions).all() and np.isfinite(multipliers).all()):
-        return Residuals(*[math.inf] * 6, violation_floor=0.0, gap_floor=0.0)
+    whole = np.array([0, len(problem.nodes)]), np.array([0, len(positions)])
+    return residuals_of_zones(problem, positions, multipliers, *whole)[0]
+
+
+def residuals_of_zones(
+    problem: ZoneProblem,
+    positions: Positions,
+    multipliers: Multipliers,
+    impact_offsets: Offsets,
+    vertex_offsets: Offsets,
+) -> list[Residuals]:
+    """Return the `residuals` of zones that lie side by side in one problem.
+
+    Args:
+        problem: The problem of all zones. Zones share pinned vertices only.
+        positions: (n, 3) f8 [m], the positions x.
+        multipliers: (n_impacts,) f8 [kg], the multipliers l.
+        impact_offsets: (n_zones + 1,) i8, where the impacts of each zone begin, and the end.
+        vertex_offsets: (n_zones + 1,) i8, where the unpinned vertices of each zone begin, and the
+            end. Pinned vertices may be anywhere.
+    """
+
+    def of_impacts(ufunc: np.ufunc, values: AnyArray) -> AnyArray:
+        return _reduced(ufunc, values, impact_offsets)
+
+    def of_vertices(ufunc: np.ufunc, values: AnyArray) -> AnyArray:
+        return _reduced(ufunc, values, 3 * vertex_offsets)
+
+    wrong = of_vertices(np.logical_or, ~np.isfinite(positions).ravel())
+    wrong |= of_impacts(np.logical_or, ~np.isfinite(multipliers))
+    if wrong.any():  # compute with numbers, so that one zone does not disturb the others
+        positions = np.where(np.isfinite(positions), positions, problem.proposed)
+        multipliers = np.where(np.isfinite(multipliers), multipliers, 0.0)
     scale = problem.inverse_sqrt_masses[:, None]
-    unpinned = scale[:, 0] > 0.0
     moved = np.zeros_like(problem.proposed)
-    moved[unpinned] = (positions - problem.proposed)[unpinned] / scale[unpinned]
-    objective = 0.5 * float(np.sum(moved**2))
+    np.divide(positions - problem.proposed, scale, out=moved, where=scale > 0.0)
+    objective = 0.5 * of_vertices(np.add, (moved**2).ravel())
     slack = problem.gaps(positions)
     clamped = np.maximum(multipliers, 0.0)
-    error = float(np.sum((moved - scale * problem.pull(clamped)) ** 2))
-    products = float(np.sum(clamped * np.abs(slack)))
-    violation = max(0.0, float(np.max(-slack, initial=0.0)))
-    largest_coordinate = float(np.max(np.abs(positions), initial=0.0))
-    rounding = 8.0 * math.sqrt(3.0) * 2.0**-53 * largest_coordinate
-    largest = float(np.max(np.abs(multipliers), initial=0.0))
-    negative = max(0.0, float(np.max(-multipliers, initial=0.0)))
-    return Residuals(
-        violation_m=violation,
-        violation=violation / problem.thickness,
-        dual_violation=_ratio(negative, largest),
-        stationarity=math.sqrt(_ratio(error, 2.0 * objective)),
-        complementarity=_ratio(products, objective),
-        gap=_ratio(0.5 * error + products, objective),
-        violation_floor=rounding / problem.thickness,
-        gap_floor=_ratio(rounding * float(np.sum(clamped)), objective),
+    errors = moved - scale * problem.pull(clamped)
+    error = of_vertices(np.add, (errors**2).ravel())
+    products = of_impacts(np.add, clamped * np.abs(slack))
+    violation = of_impacts(np.maximum, np.maximum(-slack, 0.0))
+    coordinates = np.abs(positions)
+    largest_coordinate = np.maximum(
+        of_vertices(np.maximum, coordinates.ravel()),
+        of_impacts(np.maximum, coordinates[problem.nodes].max(axis=(1, 2), initial=0.0)),
     )
+    rounding = 8.0 * math.sqrt(3.0) * 2.0**-53 * largest_coordinate
+    largest = of_impacts(np.maximum, np.abs(multipliers))
+    negative = of_impacts(np.maximum, np.maximum(-multipliers, 0.0))
+    columns = (
+        violation,
+        violation / problem.thickness,
+        _ratio(negative, largest),
+        np.sqrt(_ratio(error, 2.0 * objective)),
+        _ratio(products, objective),
+        _ratio(0.5 * error + products, objective),
+        rounding / problem.thickness,
+        _ratio(rounding * of_impacts(np.add, clamped), objective),
+    )
+    infinite = Residuals(*[math.inf] * 6, violation_floor=0.0, gap_floor=0.0)
+    rows = zip(*(column.tolist() for column in columns), wrong.tolist(), strict=True)
+    return [infinite if is_wrong else Residuals(*row) for *row, is_wrong in rows]
 
 
-def _ratio(value: float, scale: float) -> float:
-    """Return value / scale; with a scale of 0, return 0 for the value 0, else infinity."""
-    if scale > 0.0:
-        return value / scale
-    return 0.0 if value == 0.0 else math.inf
+def _reduced(ufunc: np.ufunc, values: AnyArray, offsets: Offsets) -> AnyArray:
+    """Return the sum, the largest value or the like of each block; 0 for an empty block."""
+    firsts, ends = offsets[:-1], offsets[1:]
+    result = np.zeros(len(firsts), values.dtype)
+    full = firsts < ends
+    if full.any():
+        result[full] = ufunc.reduceat(values[: offsets[-1]], firsts[full])
+    return result
+
+
+def _ratio(value: Floats, scale: Floats) -> Floats:
+    """Return value / scale; where the scale is 0, return 0 for the value 0, else infinity."""
+    result = np.where(value == 0.0, 0.0, math.inf)
+    return np.divide(value, scale, out=result, where=scale > 0.0)
 
 
 class ZoneSolution(NamedTuple):

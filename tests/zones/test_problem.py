@@ -7,7 +7,9 @@ import pytest
 
 import izo_ref
 from izo_ref.base import errors
-from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, random_problem
+from izo_ref.zones.problem import ZoneProblem, residuals_of_zones
+from izo_ref.zones.system import zone_system
+from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, random_problem, two_sheets
 from tests.naive.qp import dense_rows
 
 
@@ -108,3 +110,37 @@ def test_a_violation_does_not_hide_a_gap():
     assert found.complementarity == pytest.approx((0.5 + 0.5) / primal)
     # The moves are 1/2 and 3/2 where the multipliers ask for 1 each: 1/2 (1/4 + 1/4) more.
     assert found.gap == pytest.approx((0.25 + 0.5 + 0.5) / primal)
+
+
+def test_zones_side_by_side_are_judged_as_on_their_own(rng):
+    """One zone has no numbers; the zones share pinned vertices, which come last."""
+    scene = two_sheets(rng, 10, pinned_below=True)
+    impacts = izo_ref.find_impacts(scene)
+    impacts = impacts.take(rng.permutation(len(impacts.toi))[:20])
+    zones = izo_ref.build_zones(scene, impacts)
+    system = zone_system(scene, impacts, zones, np.arange(len(zones)), 1e-3)
+    every = ZoneProblem(*system[2:])
+    positions = every.proposed + 1e-3 * rng.normal(size=every.proposed.shape)
+    positions[np.isinf(every.masses)] = every.proposed[np.isinf(every.masses)]
+    positions[system.vertex_offsets[1]] = np.nan  # of the second zone
+    multipliers = rng.normal(size=len(every.nodes))
+    judged = residuals_of_zones(
+        every, positions, multipliers, system.impact_offsets, system.vertex_offsets
+    )
+    assert len(judged) == len(zones) > 2
+    for zone, found in enumerate(judged):
+        own = slice(*system.impact_offsets[zone : zone + 2])
+        problem = izo_ref.zone_problem(scene, impacts, zones, zone, 1e-3)
+        x = np.empty_like(problem.proposed)
+        x[problem.nodes] = positions[system.nodes[own]]
+        expected = izo_ref.residuals(problem, x, multipliers[own])
+        # the vertices come in another order, so sums of n positive terms differ by n roundings
+        np.testing.assert_allclose(found, expected, rtol=2.0**-52 * 3 * len(x))
+    assert judged[1].gap == math.inf
+    assert judged[0].gap < math.inf
+
+
+def test_zones_are_judged_where_there_are_none():
+    nowhere, start = np.empty((0, 3)), np.zeros(1, int)
+    none = ZoneProblem(np.empty((0, 4), int), np.empty((0, 4)), nowhere, nowhere, [], 1.0)
+    assert residuals_of_zones(none, nowhere, np.empty(0), start, start) == []
