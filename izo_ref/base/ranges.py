@@ -22,8 +22,9 @@ def ranges(starts: AnyInts, counts: AnyInts) -> Indices:
     Returns:
         (m,) i8, starts[0], starts[0] + 1, ... (counts[0] numbers), then the same for starts[1], ...
     """
-    before = np.cumsum(counts) - counts
-    return np.arange(counts.sum()) + np.repeat(starts - before, counts)
+    ends = counts.cumsum()
+    total = ends[-1] if len(ends) else 0
+    return np.arange(total) + (starts - ends + counts).repeat(counts)
 
 
 def distinct(numbers: NDArray[Number]) -> NDArray[Number]:
@@ -52,6 +53,8 @@ def members(values: NDArray[Any], offsets: Offsets, chosen: Indices) -> tuple[An
     Returns:
         The entries, and (m + 1,) i8, where each chosen block begins in them, and the end.
     """
-    counts = np.diff(offsets)[chosen]
-    index = ranges(offsets[:-1][chosen], counts)
-    return values[index], np.concatenate(([0], np.cumsum(counts)))
+    starts = offsets[chosen]
+    counts = offsets[chosen + 1] - starts
+    chosen_offsets = np.zeros(len(chosen) + 1, np.int64)
+    np.cumsum(counts, out=chosen_offsets[1:])
+    return values[ranges(starts, counts)], chosen_offsets

@@ -11,7 +11,7 @@ from izo_ref.base.records import Impacts, PairCounts, Pairs, TreeOrders, join_im
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.near_pairs import NearPairs, rows_differ
 from izo_ref.detection.pair_keys import pair_keys
-from izo_ref.detection.trees import Elements, tree_orders, vertex_boxes
+from izo_ref.detection.trees import Elements, box_frame, tree_orders, vertex_boxes
 
 # A vertex that left its reach gets a new one, as large as its move since the last detection: the
 # loop converges, so it will hardly move as far again soon. A vertex that moved by more than this
@@ -119,6 +119,7 @@ class Detector:
 
     def _make_trees(self, positions_t1: Positions) -> None:
         """Make the trees, without the components at rest that nothing reaches."""
+        self._frame = box_frame(self._positions_t0) if len(positions_t1) else None
         orders, self._left_out = self._orders, None
         may_leave_out = "one-box" in self._rules and self._start_is_free
         if may_leave_out and not rows_differ(self._positions_t0, positions_t1).all():
@@ -167,6 +168,7 @@ class Detector:
             self._centres - reach,
             self._centres + reach,
             self._elements[0].tree.blocks.dtype,
+            self._frame,
         )
         for elements in self._elements:
             elements.refit(boxes, moved)

@@ -1,6 +1,7 @@
 """Broad phase on the CPU: trees of elements, and the pairs of elements whose moving boxes meet."""
 
 from math import frexp, gcd, ldexp
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -26,6 +27,12 @@ from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 # Pairs for which each chunk of queries has room at first: eight for each query. Memory that is
 # never written to is not taken.
 ROOM = 8 * CHUNK
+
+# A block of boxes whose minima are infinite and whose maxima are minus infinity.
+NOTHING = np.repeat([np.inf, -np.inf, np.inf, -np.inf], ROWS // 4)[:, None]
+
+# The origin (3,) [m] and the scale [1/m] of the coordinates of boxes.
+BoxFrame: TypeAlias = tuple[Floats, float]
 
 
 class Elements:
@@ -54,10 +61,9 @@ class Elements:
             vertex_moved: (n_vertices,) b1.
         """
         tree = self.tree
-        kernels.flag_moved_lanes(vertex_moved, tree.nodes, tree.lanes)
-        kernels.fit_element_blocks(vertex_boxes, tree.nodes, tree.lanes, tree.blocks)
-        for first, end in zip(tree.levels[:-2], tree.levels[1:-1], strict=True):
-            kernels.fit_parent_blocks(first, end, tree.lanes, tree.blocks)
+        kernels.fit_tree(
+            vertex_moved, vertex_boxes, tree.nodes, tree.levels, tree.lanes, tree.blocks
+        )
 
     def with_vertex(self, marked: Flags) -> Flags:
         """Return whether the element in each place has a marked vertex.
@@ -100,9 +106,7 @@ def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:
         sizes.append(-(-sizes[-1] // WIDTH))
     levels = np.concatenate(([0], np.cumsum(sizes)))
     blocks = np.empty((levels[-1], ROWS, WIDTH), dtype)
-    for last in levels[1:] - 1:  # empty lanes hold boxes that meet nothing
-        blocks[last, [0, 1, 2, 6, 7, 8]] = np.inf
-        blocks[last, [3, 4, 5, 9, 10, 11]] = -np.inf
+    blocks[levels[1:] - 1] = NOTHING  # so empty lanes hold boxes that meet nothing
     return blocks, np.zeros(levels[-1], np.uint8), levels
 
 
@@ -139,6 +143,7 @@ def vertex_boxes(
     low_t1: Positions,
     high_t1: Positions,
     dtype: DTypeLike = np.float32,
+    frame: BoxFrame | None = None,
 ) -> AnyFloats:
     """Return the start of each vertex and the box in which it ends, without unit.
 
@@ -147,17 +152,19 @@ def vertex_boxes(
         low_t1: (n_vertices, 3) f8 [m], lowest end.
         high_t1: (n_vertices, 3) f8 [m], highest end.
         dtype: f4 or f8.
+        frame: What `box_frame` returns for this start; None computes it.
 
     Returns:
         (n_vertices, 9): start, lowest end, highest end.
     """
     boxes = np.empty((len(positions_t0), 9), dtype)
     if len(boxes):
-        kernels.compute_vertex_boxes(positions_t0, low_t1, high_t1, *box_frame(positions_t0), boxes)
+        frame = frame or box_frame(positions_t0)
+        kernels.compute_vertex_boxes(positions_t0, low_t1, high_t1, *frame, boxes)
     return boxes
 
 
-def box_frame(positions_t0: Positions) -> tuple[Floats, float]:
+def box_frame(positions_t0: Positions) -> BoxFrame:
     """Return the origin (3,) [m] and the scale [1/m] of the coordinates of boxes.
 
     The origin is the centre of the start, and the scale is a power of two that brings its extent

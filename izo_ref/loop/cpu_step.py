@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from izo_ref.base.arrays import Flags, Floats, Indices, Multipliers, Positions
 from izo_ref.base.options import Options
-from izo_ref.base.ranges import members
 from izo_ref.base.records import (
     DetectionCounts,
     Impacts,
@@ -143,13 +142,13 @@ class CpuStep(Step):
         self.multipliers = _extended(self.multipliers, len(self.impacts.toi))
         self.starts = _extended(self.starts, len(self.impacts.toi))
         self.active = _extended(self.active, len(self.impacts.toi))
-        own, _ = members(zones.impacts, zones.impact_offsets, np.flatnonzero(changed))
+        own = zones.part(np.flatnonzero(changed)).impacts
         self.starts[own] = np.where(self.active[own], self.multipliers[own], 0.0)
         stuck = self._spread_stuck(zones)
         dirty = changed if "changed-zones" in self._options.rules else np.ones(len(zones), bool)
         chosen = np.flatnonzero(dirty & ~stuck)
         if len(chosen):
-            self._solve_zones(zones, chosen)
+            self._solve_zones(zones.part(chosen))
         return len(zones), len(chosen)
 
     def _spread_stuck(self, zones: Zones) -> Flags:
@@ -159,12 +158,10 @@ class CpuStep(Step):
             self.stuck[zones.vertices_of(zone)] = True
         return stuck
 
-    def _solve_zones(self, zones: Zones, chosen: Indices) -> None:
-        system = zone_system(self.scene, self.impacts, zones, chosen, self._thickness)
-        own, _ = members(zones.impacts, zones.impact_offsets, chosen)
+    def _solve_zones(self, zones: Zones) -> None:
+        own, vertices = zones.impacts, zones.vertices
+        system = zone_system(self.scene, self.impacts, zones, self._thickness)
         solution = solve_system(system, self._options, start=self.starts[own])
-
-        vertices, _ = members(zones.vertices, zones.vertex_offsets, chosen)
         solved = np.repeat(solution.feasible, np.diff(system.vertex_offsets))
         positions: Floats = solution.positions[: len(vertices)]
         self.positions[vertices[solved]] = positions[solved]

@@ -257,8 +257,7 @@ class GpuStep(Step):
         # not by `_make` or `_replace`: they ask for the number of fields, and `Zones` counts zones
         on_cpu = Zones(*(to_cpu(column) for column in zones))
         local = Zones(np.arange(len(impacts.toi)), *on_cpu[1:])
-        every_zone = np.arange(len(zones))
-        system = zone_system(self.scene, impacts, local, every_zone, self._thickness)
+        system = zone_system(self.scene, impacts, local, self._thickness)
         by_gpu = self._options.method in LAGRANGIAN or self._options.preset is not None
         solution = solve_system(system, self._options, device="cuda" if by_gpu else "cpu")
         solved = np.repeat(solution.feasible, np.diff(on_cpu.vertex_offsets))

@@ -9,8 +9,8 @@ import numpy as np
 from izo_ref.base import devices
 from izo_ref.base.arrays import Flags
 from izo_ref.base.options import Options
+from izo_ref.base.records import SceneArrays
 from izo_ref.detection.components import MeshComponents
-from izo_ref.scene import Scene
 
 
 class PlanLine(NamedTuple):
@@ -50,7 +50,7 @@ class Plan(NamedTuple):
         return "\n".join(text)
 
 
-def plan(scene: Scene, options: Options | None = None) -> Plan:
+def plan(scene: SceneArrays, options: Options | None = None) -> Plan:
     """Look at a scene once, and say what resolving it needs.
 
     Leaving work out does not change the answer: `Options(plan="everything")` gives the same
@@ -99,7 +99,7 @@ def _switched(line: PlanLine, rules: frozenset[str]) -> PlanLine:
     return line._replace(needed="all", reason=reason)
 
 
-def _gpu(scene: Scene) -> PlanLine:
+def _gpu(scene: SceneArrays) -> PlanLine:
     n, enough = len(scene.faces), len(scene.faces) >= devices.GPU_FACES
     reason = (
         f"the scene has {n} triangles; device 'auto' uses a GPU, if there is one, from "
@@ -123,7 +123,7 @@ def _pairs_at_rest(moving: Flags) -> PlanLine:
     return PlanLine(stage, "none", reason, "still")
 
 
-def _components(scene: Scene, moving: Flags) -> PlanLine:
+def _components(scene: SceneArrays, moving: Flags) -> PlanLine:
     stage = "components in trees"
     if moving.all():
         return PlanLine(stage, "all", "every vertex moves", "")
@@ -138,7 +138,7 @@ def _components(scene: Scene, moving: Flags) -> PlanLine:
     return PlanLine(stage, needed, reason, "one-box" if far.any() else "")
 
 
-def _kinds(scene: Scene) -> list[PlanLine]:
+def _kinds(scene: SceneArrays) -> list[PlanLine]:
     n_faces, n_edges = len(scene.faces), len(scene.edges)
     if n_faces == 0:
         return [
@@ -152,7 +152,7 @@ def _kinds(scene: Scene) -> list[PlanLine]:
     ]
 
 
-def _obstacles(scene: Scene, moving: Flags) -> PlanLine:
+def _obstacles(scene: SceneArrays, moving: Flags) -> PlanLine:
     stage, pinned = "obstacle paths", int(np.count_nonzero(scene.pinned))
     if pinned == 0:
         return PlanLine(stage, "none", "no vertex is pinned", "")

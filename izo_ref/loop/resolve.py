@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -63,7 +64,6 @@ class Result:
         left_to_cpu: Number of zones that a GPU did not solve and left to the CPU. A zone counts
             each time it is left. 0 if the loop ran on the CPU.
         timings: Seconds that each stage took, and `total` [s].
-        plan: What the step needed of the pipeline, and why.
         options: The options that were used.
     """
 
@@ -84,8 +84,12 @@ class Result:
     history: list[Iteration]
     left_to_cpu: int
     timings: dict[str, float]
-    plan: Plan
     options: Options
+
+    @cached_property
+    def plan(self) -> Plan:
+        """What the step needed of the pipeline, and why."""
+        return plan(self.certificate.scene, self.options)
 
 
 def resolve(
@@ -125,9 +129,6 @@ def resolve(
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
     thickness = _choose_thickness(scene, thickness, options)
     watch = _Stopwatch()
-    needed = plan(scene, options)
-    watch.lap("plan")
-
     order = geometric_order(scene)
     step = make_step(renumber_scene(scene, order), thickness, options)
     loop = Loop(step, options.max_iterations, on_iteration)
@@ -169,7 +170,6 @@ def resolve(
         history=loop.history,
         left_to_cpu=loop.step.n_left,
         timings=watch.timings(),
-        plan=needed,
         options=options,
     )
 
@@ -250,7 +250,7 @@ def _judge(
     positions: Positions,
 ) -> list[Residuals]:
     """Compute the residuals of each zone from the positions and multipliers that are returned."""
-    system = zone_system(scene, impacts, zones, np.arange(len(zones)), thickness)
+    system = zone_system(scene, impacts, zones, thickness)
     # the arrays that the residuals read, in the order of the fields of a problem
     problem = ZoneProblem(*system[2:])
     ends = np.empty_like(system.proposed)

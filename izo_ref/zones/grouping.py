@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Indices, Offsets
-from izo_ref.base.ranges import distinct
+from izo_ref.base.ranges import members
 from izo_ref.base.records import Impacts, SceneArrays
-from izo_ref.base.serial.components import impact_components
+from izo_ref.zones.serial.grouping import number_zones, sort_by_zone
 
 
 class Zones(NamedTuple):
@@ -57,6 +57,18 @@ class Zones(NamedTuple):
         """
         return self.vertices[self.vertex_offsets[zone] : self.vertex_offsets[zone + 1]]
 
+    def part(self, chosen: Indices) -> Zones:
+        """Return some of the zones, as zones of the same impacts.
+
+        Args:
+            chosen: (n,) i8, numbers of the zones, ascending.
+        """
+        if len(chosen) == len(self):
+            return self
+        impacts, impact_offsets = members(self.impacts, self.impact_offsets, chosen)
+        vertices, vertex_offsets = members(self.vertices, self.vertex_offsets, chosen)
+        return Zones(impacts, impact_offsets, vertices, vertex_offsets)
+
 
 def build_zones(scene: SceneArrays, impacts: Impacts) -> Zones:
     """Group impacts into zones.
@@ -75,18 +87,14 @@ def build_zones(scene: SceneArrays, impacts: Impacts) -> Zones:
 
     Source: docs/method section 2.
     """
-    component = np.empty(len(impacts.nodes), np.int64)
-    parent = np.empty(len(scene.pinned), np.int64)
-    impact_components(impacts.nodes, scene.pinned, parent, component)
-    order = np.argsort(component, kind="stable")
-    order = order[np.count_nonzero(component < 0) :]
-    _, counts = np.unique(component[order], return_counts=True)
-    offsets = np.concatenate(([0], np.cumsum(counts)))
+    zone_of_impact = np.empty(len(impacts.nodes), np.int64)
+    zone_of_vertex, parent = np.empty((2, len(scene.pinned)), np.int64)
+    n_zones = number_zones(impacts.nodes, scene.pinned, parent, zone_of_impact, zone_of_vertex)
+    return Zones(*_sorted(zone_of_impact, n_zones), *_sorted(zone_of_vertex, n_zones))
 
-    zone_of = np.repeat(np.arange(len(counts)), counts)
-    nodes = impacts.nodes[order]
-    # zone and vertex in one number, because sorting rows takes longer
-    keys = np.repeat(zone_of, 4) << 32 | nodes.ravel()
-    keys = distinct(keys[~scene.pinned[nodes.ravel()]])
-    vertex_offsets = np.searchsorted(keys >> 32, np.arange(len(counts) + 1))
-    return Zones(order, offsets, keys & 0xFFFFFFFF, vertex_offsets)
+
+def _sorted(zone_of: Indices, n_zones: int) -> tuple[Indices, Offsets]:
+    """Return what is in each zone, zone by zone, and where that of each zone begins."""
+    offsets, things = np.empty(n_zones + 1, np.int64), np.empty(len(zone_of), np.int64)
+    sort_by_zone(zone_of, offsets, things)
+    return things[: offsets[-1]].copy(), offsets

@@ -1,7 +1,5 @@
 """The objective of a step: how far end positions are from the proposed ones."""
 
-import numpy as np
-
 from izo_ref.base.arrays import Positions
 from izo_ref.base.records import SceneArrays
 
@@ -16,10 +14,12 @@ def objective(scene: SceneArrays, positions: Positions) -> float:
     Returns:
         The objective [m^2]; 0 if every vertex is pinned.
     """
-    unpinned = ~scene.pinned
-    if not unpinned.any():
-        return 0.0
-    masses = scene.masses[unpinned]
-    offsets = (positions - scene.positions_t1)[unpinned]
-    squares: np.ndarray = (offsets**2).sum(axis=1)
+    # column by column: numpy takes three times as long for sums of three
+    x, y, z = (positions - scene.positions_t1).T
+    squares, masses = x * x + y * y + z * z, scene.masses
+    if scene.pinned.any():
+        unpinned = ~scene.pinned
+        if not unpinned.any():
+            return 0.0
+        squares, masses = squares[unpinned], masses[unpinned]
     return float((masses * squares).sum() / masses.sum())

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Indices, Masses, Nodes, Normals, Offsets, Positions, Weights
-from izo_ref.base.ranges import members
+from izo_ref.base.ranges import distinct
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.problem import ZoneProblem
@@ -56,31 +56,26 @@ class ZoneSystem(NamedTuple):
     thickness: float  # [m]
 
 
-def zone_system(
-    scene: SceneArrays, impacts: Impacts, zones: Zones, chosen: Indices, thickness: float
-) -> ZoneSystem:
-    """Return the problems of some zones side by side.
+def zone_system(scene: SceneArrays, impacts: Impacts, zones: Zones, thickness: float) -> ZoneSystem:
+    """Return the problems of zones side by side.
 
     Args:
         scene: The scene, with the proposed positions, the masses and the pinned vertices.
         impacts: Impacts of the scene.
-        zones: The zones of these impacts.
-        chosen: (n,) i8, numbers of the zones, ascending.
+        zones: Some or all zones of these impacts.
         thickness: Distance that impacts keep at the end [m].
 
     Returns:
         The system; its impacts and unpinned vertices are those of the zones, in order.
     """
-    own_impacts, impact_offsets = members(zones.impacts, zones.impact_offsets, chosen)
-    unpinned, vertex_offsets = members(zones.vertices, zones.vertex_offsets, chosen)
-    own = impacts.take(own_impacts)
-    pinned = np.unique(own.nodes[scene.pinned[own.nodes]])
-    vertices = np.concatenate((unpinned, pinned))
+    own = impacts.take(zones.impacts)
+    pinned = distinct(own.nodes[scene.pinned[own.nodes]])
+    vertices = np.concatenate((zones.vertices, pinned))
     local = np.empty(len(scene.pinned), np.int32)
     local[vertices] = np.arange(len(vertices))
     return ZoneSystem(
-        impact_offsets,
-        vertex_offsets,
+        zones.impact_offsets,
+        zones.vertex_offsets,
         local[own.nodes],
         own.weights,
         own.normals,

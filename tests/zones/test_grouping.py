@@ -73,7 +73,7 @@ def test_a_zone_problem_equals_its_part_of_the_system(rng):
     scene = two_sheets(rng, pinned_below=True)
     impacts = izo_ref.find_impacts(scene)
     zones = izo_ref.build_zones(scene, impacts)
-    system = zone_system(scene, impacts, zones, np.arange(len(zones)), 1e-3)
+    system = zone_system(scene, impacts, zones, 1e-3)
     for z in range(len(zones)):
         problem = izo_ref.zone_problem(scene, impacts, zones, z, 1e-3)
         rows = slice(*system.impact_offsets[z : z + 2])

@@ -118,7 +118,7 @@ def test_zones_side_by_side_are_judged_as_on_their_own(rng):
     impacts = izo_ref.find_impacts(scene)
     impacts = impacts.take(rng.permutation(len(impacts.toi))[:20])
     zones = izo_ref.build_zones(scene, impacts)
-    system = zone_system(scene, impacts, zones, np.arange(len(zones)), 1e-3)
+    system = zone_system(scene, impacts, zones, 1e-3)
     every = ZoneProblem(*system[2:])
     positions = every.proposed + 1e-3 * rng.normal(size=every.proposed.shape)
     positions[np.isinf(every.masses)] = every.proposed[np.isinf(every.masses)]

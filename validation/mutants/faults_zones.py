@@ -76,10 +76,9 @@ ZONE = [
     ),
     Fault(
         "a-hundred-zones",
-        "izo_ref/zones/grouping.py",
-        "    order = order[np.count_nonzero(component < 0) :]\n",
-        "    order = order[np.count_nonzero(component < 0) :]\n"
-        "    order = order[np.isin(component[order], np.unique(component[order])[:100])]\n",
+        "izo_ref/zones/serial/grouping.py",
+        "            if root == vertex:\n",
+        "            if root == vertex and n_zones < 100:\n",
         "There is room for a hundred zones, and the others are dropped.",
         (ZONES,),
         GPU_SIMULATOR,

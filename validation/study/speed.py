@@ -40,7 +40,7 @@ OWN, LBVH, BOTH = (
 DETECTION_STEPS = ("armadillo-rollers", "cloth-ball-clean", "sheets-50k")
 SMALL_STEP = "ipctd-thick-cloth"
 SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
-STAGES = ("plan", "main", "relinearize", "scale_back", "certify", "judge")
+STAGES = ("main", "relinearize", "scale_back", "certify", "judge")
 
 Key = TypeVar("Key", bound=Hashable)
 

@@ -2,7 +2,7 @@
 
 from numba import prange
 
-from izo_ref.base.arrays import AnyFloats, Bits, Flags, Floats, Indices, Ints, Positions
+from izo_ref.base.arrays import AnyFloats, Bits, Flags, Floats, Indices, Ints, Offsets, Positions
 from izo_ref.base.compile import light_kernel
 from izo_ref.detection.serial.boxes import (
     element_block,
@@ -59,29 +59,22 @@ def flag_moved_lanes(
 
 
 @light_kernel
-def fit_element_blocks(
+def fit_tree(
     # In:
+    vertex_moved: Flags,  # (n_vertices,) b1
     vertex_boxes: AnyFloats,  # (n_vertices, 9) f4
     nodes: Ints,  # (n_elements, k) i4
-    lanes: Bits,  # (>= n_blocks,) u1
+    levels: Offsets,  # (n_levels + 1,) i8, the first block of each level, and the end
     # Out:
-    blocks_out: AnyFloats,  # (>= n_blocks, ROWS, WIDTH) f4, written where a lane is marked
+    lanes_out: Bits,  # (m,) u1, bit k: a vertex in or below lane k of the block moved
+    blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4, written where a lane is marked
 ) -> None:
-    """Fit the boxes of the elements in blocks with a marked lane."""
+    """Mark the elements that have a moved vertex, and fit their boxes and those above them."""
     for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
-        if lanes[block] != 0:
+        lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
+        if lanes_out[block] != 0:
             element_block(block, vertex_boxes, nodes, blocks_out)
-
-
-@light_kernel
-def fit_parent_blocks(
-    # In:
-    first: int,  # i8, the first block of the level
-    end: int,  # i8, behind its last block; the level above begins there
-    # Out:
-    lanes_out: Bits,  # (m,) u1
-    blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4
-) -> None:
-    """Fit the marked lanes of the level above."""
-    for parent in prange((end - first + WIDTH - 1) // WIDTH):
-        parent_block(parent, first, end, False, lanes_out, blocks_out)
+    for level in range(levels.shape[0] - 2):
+        first, end = levels[level], levels[level + 1]
+        for parent in prange((end - first + WIDTH - 1) // WIDTH):
+            parent_block(parent, first, end, False, lanes_out, blocks_out)
