@@ -20,7 +20,8 @@ from izo_ref.base.errors import (
     UncertifiedStartError,
 )
 from izo_ref.base.mesh import edges_of
-from izo_ref.base.records import Pairs, TreeOrders
+from izo_ref.base.records import Components, Pairs, TreeOrders
+from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.intersections import find_intersections
 from izo_ref.detection.trees import tree_orders
 
@@ -64,6 +65,7 @@ class Scene:
         on_gpu: `{name: (array, order)}` for positions that came from a GPU. `order` is (n,) i8 and
             maps vertices to rows of the array; None means that vertex i is row i.
         tree_orders: Orders in which vertices, edges and faces enter trees, each (n,) i4.
+        components: The connected components of the mesh.
 
     Raises:
         ShapeError: An array has the wrong shape or type.
@@ -102,6 +104,7 @@ class Scene:
         self.masses: Masses = np.ones(n) if masses is None else _take_masses(masses, n)
         self.pinned: Flags = np.zeros(n, bool) if pinned is None else _take_pinned(pinned, n)
         self.edges: Edges = edges_of(self.faces)
+        self.components: Components = MeshComponents(n, self.faces)
         self._steps_kept = 0  # since the elements were sorted for the trees
         self.tree_orders: TreeOrders = tree_orders(self.positions_t0, self.edges, self.faces)
         self.excluded: Pairs | None = self._initial_intersections(
@@ -115,9 +118,9 @@ class Scene:
 
         The certificate of the result proves that its path is free up to its end, and the path
         began at a start without intersections. So no edge goes through a face at the end, and
-        nothing touches: the next start needs no check. The mesh is the same, so its edges and
-        the orders of the trees are kept. `resolve` finds the same positions, bit for bit, as for
-        a new `Scene` of the same arrays.
+        nothing touches: the next start needs no check. The mesh is the same, so its edges, its
+        components and the orders of the trees are kept. `resolve` finds the same positions, bit for
+        bit, as for a new `Scene` of the same arrays.
 
         The certificate says nothing about excluded pairs. So if this scene has any, the next start
         is checked in full, and the pairs that intersect there are excluded.

@@ -43,6 +43,28 @@ class Status(enum.Enum):
     )
 
 
+class Components(Protocol):
+    """Connected components of a mesh, which are found when they are first needed."""
+
+    @property
+    def component(self) -> Indices:
+        """(n_vertices,) i8, the component that each vertex is in."""
+        ...
+
+    @property
+    def count(self) -> int:
+        """Number of components."""
+        ...
+
+    def out_of_reach(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
+        """Return which components are at rest and meet the box of no moving one, (count,) b1."""
+        ...
+
+    def renumbered(self, order: Indices) -> Components:
+        """Return the same components of a mesh with vertex `order[i]` as number i."""
+        ...
+
+
 class SceneArrays(Protocol):
     """What the stages below `scene.py` read of a `Scene`.
 
@@ -57,6 +79,7 @@ class SceneArrays(Protocol):
         on_gpu: `{name: (array, order)}` for positions that came from a GPU; `order` maps vertices
             to rows of the array, or is None.
         tree_orders: Orders in which vertices, edges and faces enter trees.
+        components: The connected components of the mesh (`detection/components.py`).
     """
 
     positions_t0: Positions
@@ -68,6 +91,7 @@ class SceneArrays(Protocol):
     excluded: Pairs | None
     on_gpu: dict[str, tuple[Any, Indices | None]]
     tree_orders: TreeOrders
+    components: Components
 
 
 class Pairs(NamedTuple):

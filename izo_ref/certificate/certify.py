@@ -125,8 +125,16 @@ def _filter_path(
     scene: SceneArrays, positions: Positions, rules: Set[str]
 ) -> tuple[Impacts, Flags, PairCounts]:
     """Return the pairs not proved apart, which of them certainly meet, and the counts."""
-    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
-    detector = Detector(start, edges, faces, scene.excluded, rules, orders=scene.tree_orders)
+    start = scene.positions_t0
+    detector = Detector(
+        start,
+        scene.edges,
+        scene.faces,
+        scene.excluded,
+        rules,
+        orders=scene.tree_orders,
+        components=scene.components,
+    )
     found = detector.find(positions)
     meets = np.empty(len(found.toi), bool)
     kernels.decide_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)

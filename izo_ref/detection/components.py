@@ -1,8 +1,12 @@
 """Connected components of a mesh, and the boxes in which they move."""
 
+from __future__ import annotations
+
+from functools import cached_property
+
 import numpy as np
 
-from izo_ref.base.arrays import Faces, Flags, Positions
+from izo_ref.base.arrays import Faces, Flags, Indices, Positions
 from izo_ref.base.serial.components import impact_components
 
 # Up to this many moving components are compared one by one. If there are more, the box about all
@@ -13,33 +17,54 @@ FEW = 1000
 class MeshComponents:
     """Connected components of a mesh; a vertex in no face is a component of its own.
 
+    They are found when they are first needed, and belong to the mesh: the steps of a simulation
+    share them.
+
     Args:
         n_vertices: Number of vertices of the mesh.
         faces: (m, 3) i4.
-
-    Attributes:
-        component: (n_vertices,) i8, the component that each vertex is in.
-        count: Number of components.
     """
 
     def __init__(self, n_vertices: int, faces: Faces) -> None:
-        """Find the components; the class says what the arguments are."""
-        roots, face_roots = np.arange(n_vertices), np.empty(len(faces), np.int64)
+        """Keep the mesh; nothing is searched yet."""
+        self._n_vertices, self._faces = n_vertices, faces
+
+    @cached_property
+    def component(self) -> Indices:
+        """(n_vertices,) i8, the component that each vertex is in."""
+        n, faces = self._n_vertices, self._faces
+        roots, face_roots = np.arange(n), np.empty(len(faces), np.int64)
         corners = np.column_stack((faces, faces[:, 0]))
-        unpinned = np.zeros(n_vertices, bool)
-        impact_components(corners, unpinned, np.empty(n_vertices, np.int64), face_roots)
+        impact_components(corners, np.zeros(n, bool), np.empty(n, np.int64), face_roots)
         roots[faces] = face_roots[:, None]
-        _, self.component = np.unique(roots, return_inverse=True)
-        self.count = int(self.component.max(initial=-1)) + 1
-        self._order = np.argsort(self.component, kind="stable")
-        self._starts = np.searchsorted(self.component[self._order], np.arange(self.count))
+        return np.unique(roots, return_inverse=True)[1]
+
+    @cached_property
+    def _sorted(self) -> tuple[Indices, Indices]:
+        """The vertices, component by component, and where those of each component begin."""
+        order = np.argsort(self.component, kind="stable")
+        return order, np.searchsorted(self.component[order], np.arange(self.count))
+
+    @cached_property
+    def count(self) -> int:
+        """Number of components."""
+        return int(self.component.max(initial=-1)) + 1
+
+    def renumbered(self, order: Indices) -> MeshComponents:
+        """Return the same components of a mesh with vertex `order[i]` as number i.
+
+        Args:
+            order: (n_vertices,) i8.
+        """
+        return _Renumbered(self, order)
 
     def boxes(self, positions: Positions) -> tuple[Positions, Positions]:
         """Return the minima and the maxima of each component, (count, 3) f8 [m] each."""
-        sorted_positions = positions[self._order]
+        order, starts = self._sorted
+        sorted_positions = positions[order]
         return (
-            np.minimum.reduceat(sorted_positions, self._starts),
-            np.maximum.reduceat(sorted_positions, self._starts),
+            np.minimum.reduceat(sorted_positions, starts),
+            np.maximum.reduceat(sorted_positions, starts),
         )
 
     def moving(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
@@ -72,3 +97,21 @@ class MeshComponents:
         for a, b in zip(lows, highs, strict=True):
             far &= ~((low <= b) & (a <= high)).all(axis=1)
         return far
+
+
+class _Renumbered(MeshComponents):
+    """Components that are found in another numbering of the vertices."""
+
+    def __init__(self, found: MeshComponents, order: Indices) -> None:
+        self._found, self._order = found, order
+
+    @cached_property
+    def component(self) -> Indices:
+        return self._found.component[self._order]
+
+    @cached_property
+    def _sorted(self) -> tuple[Indices, Indices]:
+        place = np.empty(len(self._order), np.int64)
+        place[self._order] = np.arange(len(place))
+        order, starts = self._found._sorted
+        return place[order], starts

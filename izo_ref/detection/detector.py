@@ -7,7 +7,7 @@ import numpy as np
 from izo_ref.base.arrays import Edges, Faces, Flags, Floats, Positions
 from izo_ref.base.mesh import median_length
 from izo_ref.base.options import RULES
-from izo_ref.base.records import Impacts, PairCounts, Pairs, TreeOrders, join_impacts
+from izo_ref.base.records import Components, Impacts, PairCounts, Pairs, TreeOrders, join_impacts
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.near_pairs import NearPairs, rows_differ
 from izo_ref.detection.pair_keys import pair_keys
@@ -39,6 +39,7 @@ class Detector:
         start_is_free: Whether the start is known to be free, from an exact check. Pairs at rest are
             then apart.
         orders: Orders in which vertices, edges and faces enter the trees; from the start if None.
+        components: The components of the mesh, if they are known.
 
     Attributes:
         counts: `PairCounts` of the last detection.
@@ -54,6 +55,7 @@ class Detector:
         *,
         start_is_free: bool = True,
         orders: TreeOrders | None = None,
+        components: Components | None = None,
     ) -> None:
         """Keep the start and the mesh; the first `find` makes the trees."""
         vertices = np.arange(len(positions_t0), dtype=np.int32)[:, None]
@@ -65,7 +67,7 @@ class Detector:
         self._rules = rules
         self._start_is_free = start_is_free
         self._previous_t1: Positions | None = None  # ends of the last detection
-        self._components: MeshComponents | None = None
+        self._components = components or MeshComponents(len(positions_t0), faces)
         self._left_out: Flags | None = None  # (n_components,) b1, components that are in no tree
         self._far_reach: float | None = None  # [m]
         self._elements: tuple[Elements, ...] = ()  # vertices, edges, faces
@@ -99,7 +101,7 @@ class Detector:
 
     def _reaches_left_out(self, positions_t1: Positions) -> bool:
         """Return whether a component in no tree moves now, or is reached by one that moves."""
-        if self._left_out is None or self._components is None:
+        if self._left_out is None:
             return False
         far = self._components.out_of_reach(self._positions_t0, positions_t1)
         return bool((self._left_out & ~far).any())
@@ -123,8 +125,6 @@ class Detector:
         orders, self._left_out = self._orders, None
         may_leave_out = "one-box" in self._rules and self._start_is_free
         if may_leave_out and not rows_differ(self._positions_t0, positions_t1).all():
-            if self._components is None:
-                self._components = MeshComponents(len(positions_t1), self._nodes[2])
             far = self._components.out_of_reach(self._positions_t0, positions_t1)
             if far.any():
                 self._left_out, kept = far, ~far[self._components.component]

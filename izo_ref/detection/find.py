@@ -35,6 +35,12 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
 
 def _find_on_cpu(scene: SceneArrays) -> Impacts:
-    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
-    detector = Detector(start, edges, faces, scene.excluded, orders=scene.tree_orders)
+    detector = Detector(
+        scene.positions_t0,
+        scene.edges,
+        scene.faces,
+        scene.excluded,
+        orders=scene.tree_orders,
+        components=scene.components,
+    )
     return detector.find(scene.positions_t1)

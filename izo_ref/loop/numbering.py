@@ -61,6 +61,7 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
         np.arange(len(part), dtype=np.int32) for part in (order, result.edges, result.faces)
     )
     result.tree_orders = vertices, edges, faces
+    result.components = scene.components.renumbered(order)
     if scene.excluded is not None:
         result.excluded = Pairs(place[scene.excluded.nodes], scene.excluded.is_edge_edge)
     return result

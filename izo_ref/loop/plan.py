@@ -10,7 +10,6 @@ from izo_ref.base import devices
 from izo_ref.base.arrays import Flags
 from izo_ref.base.options import Options
 from izo_ref.base.records import SceneArrays
-from izo_ref.detection.components import MeshComponents
 
 
 class PlanLine(NamedTuple):
@@ -127,7 +126,7 @@ def _components(scene: SceneArrays, moving: Flags) -> PlanLine:
     stage = "components in trees"
     if moving.all():
         return PlanLine(stage, "all", "every vertex moves", "")
-    components = MeshComponents(len(moving), scene.faces)
+    components = scene.components
     far = components.out_of_reach(scene.positions_t0, scene.positions_t1)
     n_faces = int(far[components.component][scene.faces[:, 0]].sum())
     reason = (

@@ -202,9 +202,15 @@ def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Opti
 
 
 def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> Step:
-    start, edges, faces = scene.positions_t0, scene.edges, scene.faces
-    rules, orders = options.rules, scene.tree_orders
-    detector = Detector(start, edges, faces, scene.excluded, rules, orders=orders)
+    detector = Detector(
+        scene.positions_t0,
+        scene.edges,
+        scene.faces,
+        scene.excluded,
+        options.rules,
+        orders=scene.tree_orders,
+        components=scene.components,
+    )
     return CpuStep(scene, thickness, options, detector)
 
 

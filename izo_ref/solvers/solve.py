@@ -123,13 +123,16 @@ def _solve_small_zones(
     multipliers, z = np.empty(n_impacts), np.zeros((len(system.proposed), 3))
     methods, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
     steps = np.zeros(n_zones, np.int32)
-    zones, first_tried = _choose_small_zones(system, options)
-    sizes = np.diff(system.impact_offsets)[zones]
+    zone_sizes = system.impact_offsets[1:] - system.impact_offsets[:-1]
+    zones, first_tried = _choose_small_zones(zone_sizes, options)
+    sizes = zone_sizes[zones]
     is_little = (sizes * (sizes + 60)).sum() <= SERIAL_WORK
     on_one_thread = is_little and "small-launches" in options.rules
     kernel = kernels.solve_small_zones.alone if on_one_thread else kernels.solve_small_zones
     n_slots = 1 if on_one_thread else get_num_threads()
-    number_starts, index_starts = _divide_work_space(system, zones, n_slots)
+    vertices = system.vertex_offsets[1:] - system.vertex_offsets[:-1]
+    most = sizes.max(initial=0), vertices[zones].max(initial=0)
+    number_starts, index_starts = _divide_work_space(*most, n_slots)
     violation_m = options.violation_tolerance * system.thickness
     kernel(
         zones,
@@ -155,9 +158,13 @@ def _solve_small_zones(
     return _Answers(multipliers, z, multipliers > 0.0, methods, solved, steps)
 
 
-def _choose_small_zones(system: ZoneSystem, options: Options) -> tuple[Indices, Codes]:
-    """Return the zones that take one thread each, and the method to try first for each."""
-    sizes = np.diff(system.impact_offsets)
+def _choose_small_zones(sizes: Indices, options: Options) -> tuple[Indices, Codes]:
+    """Return the zones that take one thread each, and the method to try first for each.
+
+    Args:
+        sizes: (n_zones,) i8, impacts of each zone.
+        options: The method, and the largest number of impacts of a small zone.
+    """
     if options.method == "active-set":
         return np.arange(len(sizes)), np.full(len(sizes), ACTIVE_SET, np.int8)
     if options.method == "interior-point":
@@ -167,14 +174,13 @@ def _choose_small_zones(system: ZoneSystem, options: Options) -> tuple[Indices, 
     return small, np.where(single, CLOSED_FORM, BLOCK_PIVOT).astype(np.int8)
 
 
-def _divide_work_space(system: ZoneSystem, zones: Indices, n_slots: int) -> tuple[Offsets, Offsets]:
+def _divide_work_space(impacts: int, vertices: int, n_slots: int) -> tuple[Offsets, Offsets]:
     """Return where the numbers and the indices of each slot begin in the work space.
 
-    A slot solves one zone after the other, so each slot has room for any of the zones.
+    A slot solves one zone after the other, so each slot has room for the largest numbers of impacts
+    and of vertices.
     """
-    sizes, vertices = np.diff(system.impact_offsets), np.diff(system.vertex_offsets)
-    most = sizes[zones].max(initial=0), vertices[zones].max(initial=0)
-    numbers, indices = work_of_small_zone(*most)
+    numbers, indices = work_of_small_zone(impacts, vertices)
     return numbers * np.arange(n_slots + 1), indices * np.arange(n_slots + 1)
 
 

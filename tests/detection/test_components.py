@@ -20,3 +20,15 @@ def test_components_have_their_vertices_boxes_and_reach(rng):
     assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, True]
     moved[32] = (9, 9, 9)  # the vertex touches the other one
     assert parts.out_of_reach(positions, moved).tolist() == [True, True, False, False]
+
+
+def test_components_of_another_numbering_are_the_same(rng):
+    scene = two_sheets(rng, 4)
+    n = len(scene.positions_t0) + 2
+    parts, order = MeshComponents(n, scene.faces), rng.permutation(n)
+    other = parts.renumbered(order)
+    assert other.count == parts.count
+    np.testing.assert_array_equal(other.component, parts.component[order])
+    positions = rng.normal(size=(n, 3))
+    for found, expected in zip(other.boxes(positions[order]), parts.boxes(positions), strict=True):
+        np.testing.assert_array_equal(found, expected)

@@ -66,6 +66,7 @@ def test_the_start_is_not_checked_again(rng, monkeypatch):
     following = step.after(result, step.positions_t1)
     assert following.edges is step.edges
     assert following.tree_orders is step.tree_orders
+    assert following.components is step.components
     with pytest.raises(AssertionError):
         new_scene(result, step)
 
