@@ -32,5 +32,6 @@ def median_length(positions: Positions, edges: Edges) -> float:
     """
     if len(edges) == 0:
         return 0.0
-    a, b = positions[edges].transpose(1, 0, 2)
-    return float(np.median(np.linalg.norm(a - b, axis=1)))
+    # column by column: numpy takes three times as long for sums of three
+    x, y, z = (positions[edges[:, 0]] - positions[edges[:, 1]]).T
+    return float(np.median(np.sqrt(x * x + y * y + z * z)))

@@ -69,8 +69,9 @@ class MeshComponents:
 
     def moving(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
         """Return which components have a vertex that moves, (count,) b1."""
-        moving_vertices = (positions_t0 != positions_t1).any(axis=1)
-        return np.isin(np.arange(self.count), self.component[moving_vertices])
+        moving = np.zeros(self.count, bool)
+        moving[self.component[(positions_t0 != positions_t1).any(axis=1)]] = True
+        return moving
 
     def out_of_reach(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
         """Return which components are at rest and meet the box of no moving component.

@@ -75,7 +75,8 @@ class NearPairs:
             reach: (n_vertices,) f8 [m].
             counts: The counts to add to.
         """
-        first, second = self._first.in_lanes(), self._second.in_lanes()
+        first = self._first.in_lanes()
+        second = first if self._second is self._first else self._second.in_lanes()
         old = first[self._near[:, 0]] | second[self._near[:, 1]]
         pairs = meeting_pairs(self._first, self._second)
         pairs, _, _ = self._contacts(pairs, centres, reach, NEAR_STEPS, counts)
@@ -89,7 +90,8 @@ class NearPairs:
             moved: (n_vertices,) b1, vertices that end elsewhere than on the previous path.
             counts: The counts to add to.
         """
-        first, second = self._first.with_vertex(moved), self._second.with_vertex(moved)
+        first = self._first.with_vertex(moved)
+        second = first if self._second is self._first else self._second.with_vertex(moved)
         pairs = self._near[first[self._near[:, 0]] | second[self._near[:, 1]]]
         no_reach = np.zeros(len(positions_t1))
         contacts = self._contacts(pairs, positions_t1, no_reach, MAX_STEPS, counts)
@@ -134,6 +136,8 @@ class NearPairs:
         self, pairs: Ints, toi: Times, directions: Normals, positions_t1: Positions
     ) -> tuple[Indices, Impacts]:
         """Return the impacts among the contacts, sorted by their keys, and these keys."""
+        if len(pairs) == 0:
+            return np.empty(0, np.int64), no_impacts()
         keys, nodes = self._keys_and_nodes(pairs)
         order = np.argsort(keys)
         kinds = np.full(len(nodes), self._first is self._second)

@@ -106,7 +106,7 @@ def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[I
     weights, normals = impacts.weights.copy(), impacts.normals.copy()
     vf, ee = ~impacts.is_edge_edge, impacts.is_edge_edge
 
-    corners = _corner_order(nodes[vf, 1:], faces)
+    corners = _corner_order(nodes[vf, 1:], faces, len(order))
     nodes[vf, 1:] = np.take_along_axis(nodes[vf, 1:], corners, 1)
     weights[vf, 1:] = np.take_along_axis(weights[vf, 1:], corners, 1)
 
@@ -126,13 +126,17 @@ def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[I
     return result.take(index), index
 
 
-def _corner_order(corners: AnyInts, faces: Faces) -> Indices:
+def _corner_order(corners: AnyInts, faces: Faces, n_vertices: int) -> Indices:
     """Return (n, 3) i8, how to permute each row of corners to make it a row of faces."""
     if len(corners) == 0:
         return np.empty((0, 3), np.int64)
+    wanted = np.zeros(n_vertices, bool)
+    wanted[corners] = True
+    a, b, c = faces.T
+    faces = faces[wanted[a] & wanted[b] & wanted[c]]  # few faces are left to be sorted
     sorted_faces = np.sort(faces, axis=1)
     by_row = np.lexsort(sorted_faces.T[::-1])
     keys = np.ascontiguousarray(sorted_faces[by_row]).view([("", np.int32)] * 3).ravel()
-    wanted = np.ascontiguousarray(np.sort(corners, axis=1)).view(keys.dtype).ravel()
-    rows = faces[by_row[np.searchsorted(keys, wanted)]]
+    own = np.ascontiguousarray(np.sort(corners, axis=1)).view(keys.dtype).ravel()
+    rows = faces[by_row[np.searchsorted(keys, own)]]
     return np.argmax(rows[:, :, None] == corners[:, None, :], axis=2)
