@@ -34,8 +34,9 @@ def floats(name: str, values: Any, shape: tuple[int | None, ...]) -> Floats:
         NonFiniteError: A number is NaN or infinite; names the first one.
     """
     array = _shaped(name, values, shape)
-    bad = np.argwhere(~np.isfinite(array))
-    if len(bad):
+    finite = np.isfinite(array)
+    if not finite.all():
+        bad = np.argwhere(~finite)
         first = tuple(bad[0].tolist())
         raise NonFiniteError(
             f"{name}: expected finite numbers, found {len(bad)} that are not, the first is "

@@ -129,7 +129,7 @@ class Impacts(NamedTuple):
 
     def take(self, index: Any) -> Impacts:
         """Return the impacts of an index array or a mask."""
-        return Impacts(*[column[index] for column in self])
+        return Impacts._make([column[index] for column in self])
 
 
 def no_impacts() -> Impacts:
@@ -146,7 +146,7 @@ def no_impacts() -> Impacts:
 def join_impacts(parts: Iterable[Impacts]) -> Impacts:
     """Return the impacts of several records, one record after the other."""
     records = list(parts) or [no_impacts()]
-    return Impacts(*[np.concatenate(columns) for columns in zip(*records, strict=True)])
+    return Impacts._make([np.concatenate(columns) for columns in zip(*records, strict=True)])
 
 
 class DetectionCounts(NamedTuple):

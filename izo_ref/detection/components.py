@@ -30,25 +30,26 @@ class MeshComponents:
         self._n_vertices, self._faces = n_vertices, faces
 
     @cached_property
-    def component(self) -> Indices:
-        """(n_vertices,) i8, the component that each vertex is in."""
+    def _parts(self) -> tuple[Indices, Indices, Indices]:
+        """The component of each vertex, the vertices sorted by it, and where each one begins."""
         n, faces = self._n_vertices, self._faces
         roots, face_roots = np.arange(n), np.empty(len(faces), np.int64)
         corners = np.column_stack((faces, faces[:, 0]))
         impact_components(corners, np.zeros(n, bool), np.empty(n, np.int64), face_roots)
         roots[faces] = face_roots[:, None]
-        return np.unique(roots, return_inverse=True)[1]
+        smallest, component = np.unique(roots, return_inverse=True)
+        order = np.argsort(component, kind="stable")
+        return component, order, np.searchsorted(component[order], np.arange(len(smallest)))
 
-    @cached_property
-    def _sorted(self) -> tuple[Indices, Indices]:
-        """The vertices, component by component, and where those of each component begin."""
-        order = np.argsort(self.component, kind="stable")
-        return order, np.searchsorted(self.component[order], np.arange(self.count))
+    @property
+    def component(self) -> Indices:
+        """(n_vertices,) i8, the component that each vertex is in."""
+        return self._parts[0]
 
-    @cached_property
+    @property
     def count(self) -> int:
         """Number of components."""
-        return int(self.component.max(initial=-1)) + 1
+        return len(self._parts[2])
 
     def renumbered(self, order: Indices) -> MeshComponents:
         """Return the same components of a mesh with vertex `order[i]` as number i.
@@ -60,7 +61,7 @@ class MeshComponents:
 
     def boxes(self, positions: Positions) -> tuple[Positions, Positions]:
         """Return the minima and the maxima of each component, (count, 3) f8 [m] each."""
-        order, starts = self._sorted
+        _, order, starts = self._parts
         sorted_positions = positions[order]
         return (
             np.minimum.reduceat(sorted_positions, starts),
@@ -107,12 +108,8 @@ class _Renumbered(MeshComponents):
         self._found, self._order = found, order
 
     @cached_property
-    def component(self) -> Indices:
-        return self._found.component[self._order]
-
-    @cached_property
-    def _sorted(self) -> tuple[Indices, Indices]:
+    def _parts(self) -> tuple[Indices, Indices, Indices]:
+        component, order, starts = self._found._parts
         place = np.empty(len(self._order), np.int64)
         place[self._order] = np.arange(len(place))
-        order, starts = self._found._sorted
-        return place[order], starts
+        return component[self._order], place[order], starts

@@ -1,5 +1,6 @@
 """Broad phase on the CPU: trees of elements, and the pairs of elements whose moving boxes meet."""
 
+from functools import lru_cache
 from math import frexp, gcd, ldexp
 from typing import TypeAlias
 
@@ -207,11 +208,13 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
     return pairs
 
 
+@lru_cache(maxsize=64)
 def scattered(n: int) -> Indices:
     """Return 0 to n - 1 in an order that spreads neighbours over the threads.
 
     Each thread takes a contiguous part of the result. Contacts come in clusters, so neighbours in
-    one part would make that thread finish last.
+    one part would make that thread finish last. The result is kept, so it must not be changed: in
+    small steps, making it takes as long as a launch.
     """
     stride = max(1, round(0.618 * n))
     while gcd(stride, n) > 1:

@@ -19,7 +19,7 @@ def objective(scene: SceneArrays, positions: Positions) -> float:
     squares, masses = x * x + y * y + z * z, scene.masses
     if scene.pinned.any():
         unpinned = ~scene.pinned
-        if not unpinned.any():
-            return 0.0
         squares, masses = squares[unpinned], masses[unpinned]
+    if len(masses) == 0:
+        return 0.0
     return float((masses * squares).sum() / masses.sum())
