@@ -69,13 +69,15 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
 
 def _canonical_faces(faces: Faces) -> Faces:
     """Rotate each face until its smallest corner is first, and sort the faces."""
-    first = np.argmin(faces, axis=1)
-    rows = np.arange(len(faces))[:, None]
-    faces = faces[rows, (first[:, None] + np.arange(3)) % 3]
-    if faces.max(initial=0) > LARGEST_CORNER:
-        return np.ascontiguousarray(faces[np.lexsort(faces.T[::-1])])
-    # all three corners in one number, because sorting rows takes longer
     a, b, c = faces.T.astype(np.int64)
+    b_first, c_first = (b < a) & (b < c), (c < a) & (c < b)
+    a, b, c = (
+        np.where(b_first, y, np.where(c_first, z, x))
+        for x, y, z in ((a, b, c), (b, c, a), (c, a, b))
+    )
+    if faces.max(initial=0) > LARGEST_CORNER:
+        return np.column_stack((a, b, c))[np.lexsort((c, b, a))].astype(np.int32)
+    # all three corners in one number, because sorting rows takes longer
     keys = np.sort(a << 42 | b << 21 | c, kind="stable")
     corners = keys >> 42, keys >> 21 & LARGEST_CORNER, keys & LARGEST_CORNER
     return np.column_stack(corners).astype(np.int32)
