@@ -11,9 +11,15 @@ the u of the last solve whose F was right. If v = u, then the terms with rho can
 once F is right. This is the proximal-point method, which converges for any rho.
 
 After each solve, constraints of F with u < 0 leave F, and other constraints with C z < s enter it.
-All of them change sides at once. If their number sets no new minimum in some solves, only the last
-of them changes sides, until there is a new minimum. This method ends, but it may take very long. So
-it is given up after MAX_STEPS solves, and the interior point takes over.
+All of them change sides at once. Where few constraints depend on each other, this can repeat for
+ever. So if the number of constraints on the wrong side sets no new minimum, they are taken in
+groups that share vertices, and only the last constraint of each group changes sides. With one group
+this method ends, but it may take very long. It is given up after MAX_STEPS solves, and the interior
+point takes over.
+
+One constraint of the whole zone at a time was tried. The repetitions are local, and a zone of 4,000
+impacts has several at the same time: on cloth-ball-clean, pivoting then gave up on 37 of 191 zones,
+where it gives up on 2 with groups.
 
 Source: L. F. Portugal, J. J. Judice, L. N. Vicente, A comparison of block pivoting and
 interior-point algorithms for linear least squares problems with nonnegative variables (1994);
@@ -23,6 +29,7 @@ R. T. Rockafellar, Monotone operators and the proximal point algorithm (1976).
 import numpy as np
 
 from izo_ref.base.arrays import Flags, Floats, Multipliers
+from izo_ref.base.serial.components import impact_components
 from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import residuals
@@ -36,11 +43,12 @@ from izo_ref.solvers.sparse import SparseCholesky
 RHO = 1e-8
 # Fraction of the tolerances to reach: a digit more takes one more solve.
 TOLERATED_SLOP = 1e-2
-# On cloth-ball-clean, of the zones that this method solves, 90 % take at most 14 steps.
-MAX_STEPS = 24
-# After this many solves in which the number of constraints on the wrong side sets no new minimum,
-# only one constraint changes sides per solve, the last one, until that number sets one.
-PATIENCE = 3
+# Rounding can keep the residuals above TOLERATED_SLOP. Below this fraction of the tolerances, a
+# zone counts as solved if the last solve did not at least halve them.
+STALLED_SLOP = 0.5
+# On cloth-ball-clean, half of the zones that this method solves take at most 8 steps, 90 % take at
+# most 19, and all take at most 33.
+MAX_STEPS = 40
 # The pattern also takes in constraints outside F that nearly hold with equality; their number is at
 # most this fraction of the number in F. Otherwise some of them enter F later, and a new pattern
 # takes as long as five factorisations.
@@ -71,7 +79,7 @@ def pivot_from(
     dual, primal, no_slack = np.empty(3 * zone.n_vertices), np.empty(len(s)), np.zeros(len(s))
     products = zone.times(zone.pull(v))
     active = (v > 0.0) | (products < s)
-    pattern, fewest, waited = None, np.inf, 0
+    pattern, fewest, last_off = None, np.inf, np.inf
     for step in range(1, MAX_STEPS + 1):
         if pattern is None or not pattern.covers(active):
             pattern = _Pattern(zone, active | _nearly_active(active, products - s))
@@ -81,18 +89,37 @@ def pivot_from(
         wrong = np.where(active, u < 0.0, products - RHO * v < s - slop)
         count = np.count_nonzero(wrong)
         if count:
-            waited = 0 if count < fewest else waited + 1
+            active = active ^ (wrong if count < fewest else last_of_groups(zone, wrong))
             fewest = min(count, fewest)
-            if waited >= PATIENCE:
-                wrong[: np.flatnonzero(wrong)[-1]] = False
-            active = active ^ wrong
             continue
         violation, objective, gap, _ = residuals(z, z, products, s, no_slack, u, dual, primal)
         off = max(gap / objective / gap_tolerance, violation * scale / violation_tolerance)
-        if off < TOLERATED_SLOP:
+        if off < TOLERATED_SLOP or 0.5 * last_off < off < STALLED_SLOP:
             return z * scale, u * scale, step
-        v, fewest, waited = u, np.inf, 0
+        v, fewest, last_off = u, np.inf, off
     return None
+
+
+def last_of_groups(zone: LargeZone, wrong: Flags) -> Flags:
+    """Return the last constraint of each group of constraints that are connected by vertices.
+
+    Args:
+        zone: The zone.
+        wrong: (m,) b1, the constraints that are grouped; the others connect nothing.
+
+    Returns:
+        (m,) b1, the last constraint of each group.
+    """
+    rows = np.flatnonzero(wrong)
+    n = zone.n_vertices
+    nodes = np.where(zone.nodes[rows] < 0, n, zone.nodes[rows]).astype(np.int32)
+    pinned, group = np.zeros(n + 1, bool), np.empty(len(rows), np.int64)
+    pinned[n] = True  # stands for all pinned vertices, which connect nothing
+    impact_components(nodes, pinned, np.empty(n + 1, np.int64), group)
+    _, first_from_behind = np.unique(group[::-1], return_index=True)
+    last = np.zeros(len(wrong), bool)
+    last[rows[::-1][first_from_behind]] = True
+    return last
 
 
 def _nearly_active(active: Flags, slack: Floats) -> Flags:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from izo_ref.solvers.large_zone import solve_large_zone
-from izo_ref.solvers.pivoting import pivot_from
+from izo_ref.solvers.pivoting import last_of_groups, pivot_from
 from izo_ref.solvers.scaled_constraints import LargeZone
 from tests.helpers.shapes import large_zone
 from validation.scenes.piles import chain_zone, stack_zone
@@ -91,6 +91,26 @@ def test_a_pile_in_full_contact_ends_at_the_optimum_or_gives_up(rng):
         else:
             assert_same(zone, found, z)
     assert given_up > 0
+
+
+def test_the_last_constraint_of_each_group_changes_sides():
+    """Constraints that share a pinned vertex only are no group."""
+    pairs = [[0, 1], [8, 9], [1, 2], [2, 3], [6, 7], [9, 8]]
+    nodes = np.array([[*pair, -1, -1] for pair in pairs], np.int32)
+    ones = np.ones((6, 4))
+    zone = LargeZone(nodes, ones, ones[:, :3], ones[:, 0], ones[:, 0], 10)
+    flags = np.array([True, True, True, False, True, True])
+    np.testing.assert_array_equal(np.flatnonzero(last_of_groups(zone, flags)), [2, 4, 5])
+
+
+def test_rounding_does_not_hold_up_an_answer_that_is_within_tolerance(rng):
+    zone = large_zone(chain_zone(rng, 400))
+    z, u = solved(zone)
+    gap, violation = 3e-14, 3e-14  # a hundredth of it is below rounding
+    found = pivot_from(zone, u, gap, violation)
+    assert found is not None
+    assert (zone.rhs - zone.times(found[0])).max() <= violation
+    assert_same(zone, found, z)
 
 
 def test_an_infeasible_zone_is_given_up(rng):

@@ -220,6 +220,22 @@ SOLVERS = [
         ("tests/solvers/test_pivoting.py",),
     ),
     Fault(
+        "pivoting-waits-for-digits",
+        "izo_ref/solvers/pivoting.py",
+        "        if off < TOLERATED_SLOP or 0.5 * last_off < off < STALLED_SLOP:\n",
+        "        if off < TOLERATED_SLOP:\n",
+        "A solved zone is given up, because rounding prevents two more digits.",
+        ("tests/solvers/test_pivoting.py",),
+    ),
+    Fault(
+        "pivoting-joins-at-pinned-vertices",
+        "izo_ref/solvers/pivoting.py",
+        "    pinned[n] = True  # stands for all pinned vertices, which connect nothing\n",
+        "",
+        "All constraints at pinned vertices form one group.",
+        ("tests/solvers/test_pivoting.py",),
+    ),
+    Fault(
         "unchanged-zones-go-on",
         "izo_ref/loop/cpu_step.py",
         "        own = zones.part(np.flatnonzero(changed)).impacts\n",
