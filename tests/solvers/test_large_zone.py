@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 
+from izo_ref.solvers import large_zone as large
 from izo_ref.solvers.large_zone import is_entangled, solve_large_zone
 from izo_ref.solvers.solve import solve_zone
 from tests.helpers.shapes import large_zone, random_problem
 from validation.scenes.piles import chain_zone, stack_zone
+from validation.scenes.zones import random_zone
 
 
 def test_layers_and_chains_are_not_entangled_and_random_zones_are(rng):
@@ -28,6 +30,18 @@ def test_both_ways_end_at_the_optimum(rng, make, method):
     size = np.linalg.norm(alone.displacements)
     # Each solution is within the square root of its gap.
     assert np.linalg.norm(found.displacements - alone.displacements) <= 4e-5 * size
+
+
+def test_sweeps_that_do_not_end_give_the_interior_point_a_start(rng, monkeypatch):
+    """Redundant impacts hinder sweeps, whose number is limited by the size of the zone."""
+    zone, counts = large_zone(random_zone(rng, 257)), []
+    sweep = large._sweep
+    monkeypatch.setattr(large, "_sweep", lambda *given: counts.append(given[1]) or sweep(*given))
+    start = np.zeros(len(zone.rhs))
+    solution = solve_large_zone(zone, start, 1e-12, 1e-12 * zone.lengths.max(), False)
+    assert solution.solved
+    assert solution.method == "interior-point"
+    assert counts == [257**2 // 500]
 
 
 def test_a_shared_pinned_vertex_does_not_entangle_a_zone(rng):
