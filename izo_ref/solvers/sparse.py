@@ -33,10 +33,9 @@ class SparseCholesky:
     def __init__(self, entries: AnyInts, n_blocks: int, size: int) -> None:
         """Choose the order of elimination and lay out the factor."""
         self._order = _order_of(entries, n_blocks)
-        position = np.empty(n_blocks, np.int32)
-        position[self._order] = np.arange(n_blocks, dtype=np.int32)
+        rows, columns = _places(self._order)[entries.T]
+        pattern = np.column_stack((np.minimum(rows, columns), np.maximum(rows, columns)))
         threads = numba.get_num_threads()
-        pattern = np.sort(position[entries], axis=1)
         self._fronts, self._run_starts, self._runs = _lay_out_fronts(
             pattern, n_blocks, size, threads
         )
@@ -78,9 +77,15 @@ def _order_of(entries: AnyInts, n: int) -> Ints:
     """Return the order of elimination: (n,) i4, the first block, the second, ..."""
     order = minimum_degree(*elimination.graph_of(entries, n))
     # Rearrange it so that each parent follows directly after the subtrees of all its children.
-    position = np.argsort(order)
-    parent = elimination.elimination_tree(*elimination.graph_of(position[entries], n))
-    return order[elimination.postorder(parent)]
+    graph = elimination.graph_of(_places(order)[entries], n)
+    return order[elimination.postorder(elimination.elimination_tree(*graph))]
+
+
+def _places(order: Ints) -> Ints:
+    """Return the place of each block in an order of elimination, (n,) i4."""
+    places = np.empty(len(order), np.int32)
+    places[order] = np.arange(len(order), dtype=np.int32)
+    return places
 
 
 def _lay_out_fronts(entries: Ints, n: int, size: int, threads: int) -> tuple[Fronts, Offsets, Ints]:
@@ -112,7 +117,7 @@ def _lay_out_fronts(entries: Ints, n: int, size: int, threads: int) -> tuple[Fro
     elimination.relative_rows(
         firsts, column_starts, column_rows, node_of, above, places, starts[:-1]
     )
-    entry_starts, own_entries = _entries_by_front(
+    entry_starts, own_entries = elimination.entries_by_front(
         entries, firsts, column_starts, column_rows, node_of
     )
     rows_of_front = size * (own + counts)
@@ -140,20 +145,6 @@ def _lay_out_fronts(entries: Ints, n: int, size: int, threads: int) -> tuple[Fro
         _largest_stack(above, rest_sizes),
     )
     return fronts, run_starts, runs
-
-
-def _entries_by_front(
-    entries: Ints, firsts: Ints, column_starts: Offsets, column_rows: Ints, node_of: Ints
-) -> tuple[Offsets, Ints]:
-    """Return the entries of each front: (n_fronts + 1,) i8 starts, and (n_entries, 3) i4.
-
-    An entry is the number of its value, and its row and column in the front, in blocks.
-    """
-    found = np.empty((len(entries), 3), np.int32)
-    elimination.places_of_entries(entries, firsts, column_starts, column_rows, node_of, found)
-    by_front = np.argsort(found[:, 0], kind="stable")
-    starts = np.searchsorted(found[by_front, 0], np.arange(len(firsts)))
-    return starts, np.column_stack((by_front, found[by_front, 1:])).astype(np.int32)
 
 
 def _work(pivots: Indices, rows: Indices) -> Floats:

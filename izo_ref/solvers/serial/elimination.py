@@ -16,7 +16,7 @@ Source: J. W. H. Liu, The role of elimination trees in sparse factorization (199
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, AnyInts, Indices, Ints, Offsets
+from izo_ref.base.arrays import AnyInts, Indices, Ints, Offsets
 from izo_ref.base.compile import compiled
 
 # Two supernodes are joined if at most this fraction of the factor's blocks in them is zero then.
@@ -210,37 +210,10 @@ def relative_rows(
 
 
 @compiled
-def place_in_front(
-    i: AnyInt, j: AnyInt, firsts: Ints, starts: Offsets, rows: Ints, node_of: Ints
-) -> tuple[AnyInt, AnyInt, AnyInt]:
-    """Return the supernode of entry (i, j), i <= j, and its row and column in the front, in blocks.
-
-    The arrays are those of `relative_rows`.
-    """
-    s: AnyInt = node_of[i]
-    if j < firsts[s + 1]:
-        return s, i - firsts[s], j - firsts[s]
-    low, high = starts[firsts[s + 1] - 1], starts[firsts[s + 1]]
-    begin = low
-    while low < high:
-        middle = (low + high) // 2
-        if rows[middle] < j:
-            low = middle + 1
-        else:
-            high = middle
-    return s, i - firsts[s], firsts[s + 1] - firsts[s] + low - begin
-
-
-@compiled
-def places_of_entries(
-    entries: AnyInts,
-    firsts: Ints,
-    starts: Offsets,
-    rows: Ints,
-    node_of: Ints,
-    places_out: Ints,
-) -> None:
-    """Compute where each entry of the matrix is in its front.
+def entries_by_front(
+    entries: AnyInts, firsts: Ints, starts: Offsets, rows: Ints, node_of: Ints
+) -> tuple[Offsets, Ints]:
+    """Return the entries of the matrix, front by front, and where they are in their front.
 
     Args:
         entries: (n_entries, 2) whole numbers i <= j.
@@ -248,8 +221,31 @@ def places_of_entries(
         starts: (n + 1,) i8.
         rows: i4.
         node_of: (n,) i4.
-        places_out: (n_entries, 3) i4, supernode, row and column, in blocks.
+
+    Returns:
+        (n_fronts + 1,) i8, where the entries of each front begin; and (n_entries, 3) i4: the number
+        of the entry, ascending in each front, and its row and column in the front, in blocks.
     """
+    n_fronts = firsts.shape[0] - 1
+    begins = np.zeros(n_fronts + 1, np.int64)
     for e in range(entries.shape[0]):
-        s, row, column = place_in_front(entries[e, 0], entries[e, 1], firsts, starts, rows, node_of)
-        places_out[e, 0], places_out[e, 1], places_out[e, 2] = s, row, column
+        begins[node_of[entries[e, 0]] + 1] += 1
+    for s in range(n_fronts):
+        begins[s + 1] += begins[s]
+    ends, sorted_entries = begins[:n_fronts].copy(), np.empty((entries.shape[0], 3), np.int32)
+    for e in range(entries.shape[0]):
+        s = node_of[entries[e, 0]]
+        sorted_entries[ends[s], 0] = e
+        ends[s] += 1
+    place = np.empty(node_of.shape[0], np.int32)  # of each block in the present front
+    for s in range(n_fronts):
+        own = firsts[s + 1] - firsts[s]
+        for k in range(own):
+            place[firsts[s] + k] = k
+        begin = starts[firsts[s + 1] - 1]
+        for p in range(begin, starts[firsts[s + 1]]):
+            place[rows[p]] = own + p - begin
+        for e in range(begins[s], begins[s + 1]):
+            i, j = entries[sorted_entries[e, 0]]
+            sorted_entries[e, 1], sorted_entries[e, 2] = place[i], place[j]
+    return begins, sorted_entries
