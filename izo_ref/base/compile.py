@@ -16,42 +16,33 @@ import functools
 import hashlib
 import os
 import platform
-import threading
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import llvmlite
 import numba
 import numpy as np
-from numba import njit
 from numba.core import config
+
+from izo_ref.base import callees
+from izo_ref.base.threads import share
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# numba's `workqueue` threading layer must not be entered by two threads at once, and the layer
-# that is used depends on the machine. A kernel uses every core anyway, so launching one at a time
-# loses nothing.
-_LAUNCH = threading.RLock()
+OPTIONS = {
+    "nopython": True,
+    "boundscheck": None,
+    "error_model": "numpy",
+    "fastmath": False,
+    "nogil": True,
+    "no_cfunc_wrapper": True,  # no C code calls these functions
+}
 
 # It is in the names of the files with compiled code that this process writes.
 _PROCESS = uuid.uuid4().hex[:12]
-
-
-class CpuKernel(Protocol):
-    """A kernel of the CPU.
-
-    Attributes:
-        alone: The same loop on one thread.
-    """
-
-    alone: Callable[..., None]
-
-    def __call__(self, *arguments: Any) -> None:
-        """Run the kernel on all threads."""
-        ...
 
 
 def _cache_folder() -> Path:
@@ -91,20 +82,14 @@ def anything_compiled() -> bool:
     return next(CACHE_FOLDER.rglob("*.nbi"), None) is not None
 
 
-def _njit(function: Function, folder: Path = CACHE_FOLDER, **options: Any) -> Function:
-    # numba reads the folder when a function is decorated
-    with setting(config, "CACHE_DIR", str(folder)):
-        dispatcher = njit(
-            cache=True,
-            error_model="numpy",
-            fastmath=False,
-            nogil=True,
-            no_cfunc_wrapper=True,  # saves a tenth of the compile time; no C code calls these
-            **options,
-        )(function)
-    if not config.DISABLE_JIT:
-        name_files_by_process(dispatcher)
-    return dispatcher
+def _compile(function: Function, **options: Any) -> Function:
+    if config.DISABLE_JIT:
+        return function
+    dispatcher = callees.Function(function, {}, OPTIONS | options)
+    with setting(config, "CACHE_DIR", str(CACHE_FOLDER)):  # numba reads it in the next line
+        dispatcher.enable_caching()
+    name_files_by_process(dispatcher)
+    return cast(Function, dispatcher)
 
 
 def name_files_by_process(dispatcher: Any) -> None:
@@ -124,42 +109,40 @@ def name_files_by_process(dispatcher: Any) -> None:
 
 def compiled(function: Function) -> Function:
     """Compile a function of `formulas/` or `serial/` for one thread."""
-    return _njit(function)
+    return _compile(function)
 
 
 def inlined(function: Function) -> Function:
     """Compile a function that takes less time than a call, and put it where it is called."""
-    return _njit(function, forceinline=True)
+    return _compile(function, forceinline=True)
 
 
-def _kernel(function: Callable[..., None], **options: Any) -> Callable[..., None]:
-    kernel = _njit(function, **options)
+class Kernel:
+    """A kernel of the CPU, whose loop runs from item `begin` to item `end`, its first parameters.
 
-    @functools.wraps(function)
-    def launch(*arguments: Any) -> None:
-        with _LAUNCH:
-            return kernel(*arguments)
-
-    return launch
-
-
-def cpu_kernel(function: Callable[..., None]) -> CpuKernel:
-    """Compile a kernel over `prange`; one launch runs at a time.
-
-    Its `.alone` is the same loop on one thread, compiled separately. Waking the other threads takes
-    microseconds, and milliseconds on a busy machine. A scene with little work needs only `.alone`,
-    which compiles several times as fast.
+    `kernel(items, ...)` runs it over a range of items on all threads, and `kernel.alone(items, ...)`
+    on the calling thread. The bits are the same.
     """
-    launch = cast(CpuKernel, _kernel(function, parallel=True))
-    # numba's cache tells functions apart by name and signature, and not by options
-    launch.alone = _kernel(function, folder=CACHE_FOLDER / "alone")
-    return launch
+
+    def __init__(self, function: Callable[..., None]) -> None:
+        """Prepare a function; it is compiled when it is first launched."""
+        self._kernel = _compile(function)
+        functools.update_wrapper(self, function)
+
+    def __call__(self, items: range, *arguments: Any) -> None:
+        """Run the kernel over some items, shared among all threads."""
+        share(self._kernel, items, arguments)
+
+    def alone(self, items: range, *arguments: Any) -> None:
+        """Run the kernel over some items on the calling thread."""
+        self._kernel(items.start, items.stop, *arguments)
+
+
+def cpu_kernel(function: Callable[..., None]) -> Kernel:
+    """Compile a kernel that threads share; each writes the outputs of its own items."""
+    return Kernel(function)
 
 
 def light_kernel(function: Callable[..., None]) -> Callable[..., None]:
-    """Compile a kernel whose `prange` is a plain loop.
-
-    It does so little work that threads would gain less than their compile time costs, which is
-    twice as long.
-    """
-    return _kernel(function)
+    """Compile a kernel that does so little work that threads would gain nothing."""
+    return _compile(function)

@@ -115,6 +115,7 @@ class NearPairs:
         tallies, index = np.empty((n, 3), np.int64), np.empty(len(pairs), np.int64)
         toi, directions = np.empty(len(pairs)), np.empty((len(pairs), 3))
         find_contacts(
+            range(n),
             scattered(n),
             pairs,
             self._first.tree,

@@ -194,7 +194,16 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
 
     def launch(chunks: Indices, starts: Offsets) -> tuple[Indices, Ints]:
         counts, pairs = np.empty(len(chunks), np.int64), np.empty((starts[-1], 2), np.int32)
-        find_pairs(chunks, starts, queries.tree, leaves.tree, queries is leaves, counts, pairs)
+        find_pairs(
+            range(len(chunks)),
+            chunks,
+            starts,
+            queries.tree,
+            leaves.tree,
+            queries is leaves,
+            counts,
+            pairs,
+        )
         return counts, pairs
 
     starts = ROOM * np.arange(n + 1)

@@ -46,7 +46,7 @@ def make_work_space(
 def run_on_cpu(inputs: Inputs, settings: Settings, results: Results) -> None:
     """Run the kernel of the CPU: one thread a zone."""
     work = make_work_space(inputs, inputs.memory_offsets[-1], 1, np.zeros)
-    kernels.solve_lagrangian(inputs, settings, results, work)
+    kernels.solve_lagrangian(range(len(inputs.zones)), inputs, settings, results, work)
 
 
 def descend(

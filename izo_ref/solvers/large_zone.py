@@ -98,6 +98,7 @@ def _sweep(
     """Sweep at most `count` times from the multipliers u on, in place; return how many times."""
     steps = np.zeros(1, np.int32)
     kernels.solve_sweeps.alone(
+        range(1),
         np.array([0, len(u)]),
         np.array([0, len(z)]),
         zone.nodes,

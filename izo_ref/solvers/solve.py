@@ -135,6 +135,7 @@ def _solve_small_zones(
     number_starts, index_starts = _divide_work_space(*most, n_slots)
     violation_m = options.violation_tolerance * system.thickness
     kernel(
+        range(n_slots),
         zones,
         first_tried,
         system.impact_offsets,

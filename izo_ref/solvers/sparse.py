@@ -39,6 +39,8 @@ class SparseCholesky:
         self._fronts, self._run_starts, self._runs = _lay_out_fronts(
             pattern, n_blocks, size, threads
         )
+        last = len(self._run_starts) - 2
+        self._first_runs, self._last_run = range(last), range(last, last + 1)
         self._factor = np.empty(self._fronts.factor_starts[-1])
         self._kept = np.empty(self._fronts.n_kept)
         self._rests = np.empty(size * self._fronts.starts[-1])
@@ -57,17 +59,22 @@ class SparseCholesky:
             smallest: Pivots of this or less are left out; the solution is 0 there.
         """
         blocks = values.reshape(len(values), self._fronts.size, self._fronts.size)
-        kernel = kernels.factorize if len(self._run_starts) > 2 else kernels.factorize.alone
         shape = self._fronts, self._run_starts, self._runs
-        kernel(*shape, blocks, smallest, self._kept, self._factor)
+        for runs in self._first_runs, self._last_run:
+            kernels.factorize(runs, *shape, blocks, smallest, self._kept, self._factor)
 
     def solve(self, right: Floats) -> Floats:
         """Return the solution for one right-hand side, both (n_blocks * size,) f8."""
         size = self._fronts.size
         x = right.reshape(-1, size)[self._order].ravel()
         shape = self._fronts, self._run_starts, self._runs
-        kernel = kernels.solve if len(self._run_starts) > 2 else kernels.solve.alone
-        kernel(*shape, self._factor, x, self._rests)
+        for runs, upwards in (
+            (self._first_runs, True),
+            (self._last_run, True),
+            (self._last_run, False),
+            (self._first_runs, False),
+        ):
+            kernels.solve(runs, upwards, *shape, self._factor, x, self._rests)
         solution = np.empty((len(self._order), size))
         solution[self._order] = x.reshape(-1, size)
         return solution.ravel()

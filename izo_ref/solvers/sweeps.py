@@ -31,6 +31,7 @@ def sweep(
     steps = np.zeros(n_zones, np.int32)
     traces = np.zeros((n_zones, options.max_steps if trace else 0, 2))
     kernels.solve_sweeps(
+        range(n_zones),
         system.impact_offsets,
         system.vertex_offsets,
         constraints.unknowns,

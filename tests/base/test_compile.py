@@ -37,32 +37,41 @@ def test_numbas_own_cache_folder_is_left_alone():
     assert numba.config.CACHE_DIR == ""
 
 
-WHO = """
+ADD_ONE = """
 import numpy as np
-from numba import get_thread_id, prange
-from izo_ref.base.compile import cpu_kernel
+from izo_ref.base.compile import compiled, cpu_kernel
+
+@compiled
+def add_one(x):
+    return x + 1
+
+@compiled
+def add_two(x):
+    return add_one(add_one(x))
 
 @cpu_kernel
-def who(out):
-    for i in prange(out.shape[0]):
-        out[i] = get_thread_id()
+def add_three(begin, end, out):
+    for i in range(begin, end):
+        out[i] = add_one(add_two(out[i]))
 
-ids = np.zeros(1000, np.int64)
-for launch in (who, who.alone):
-    launch(ids)
-    print(len(set(ids)))
+numbers = np.zeros(1000, np.int64)
+add_three(range(1000), numbers)
+add_three.alone(range(1, 3), numbers)
+print(numbers[:4].tolist(), set(numbers[3:].tolist()))
 """
 
 
-def test_a_kernel_on_all_threads_and_one_alone_are_kept_apart(tmp_path):
-    (tmp_path / "who.py").write_text(WHO)
+def test_a_kernel_is_compiled_once_and_what_it_calls_is_part_of_it(tmp_path):
+    (tmp_path / "add_one.py").write_text(ADD_ONE)
     home = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
     env = os.environ | home | {"NUMBA_NUM_THREADS": "2"}
     for _ in range(2):  # the first run compiles, the second one loads from disk
         done = subprocess.run(
-            [sys.executable, "who.py"], cwd=tmp_path, env=env, capture_output=True, text=True
+            [sys.executable, "add_one.py"], cwd=tmp_path, env=env, capture_output=True, text=True
         )
-        assert done.stdout.split() == ["2", "1"], done.stderr
+        assert done.stdout == "[3, 6, 6, 3] {3}\n", done.stderr
+        (file,) = tmp_path.rglob("*.nbc")
+        assert "add_three" in file.name
 
 
 TWICE = """

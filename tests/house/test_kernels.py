@@ -43,6 +43,9 @@ def signature_of(source):
 def check_contract(source, node):
     """Check that a kernel states its contract, and that its outputs are named as such."""
     names = [argument.arg for argument in node.args.args]
+    shared = any(getattr(d, "id", "") == "cpu_kernel" for d in node.decorator_list)
+    assert ("# Share:" in signature_of(source)) == shared, "threads share this kernel, or not"
+    assert (names[:2] == ["begin", "end"]) == shared, "the share comes first"
     inputs, marked, outputs = signature_of(source).partition("# Out:")
     assert "# In:" in inputs, "inputs come first"
     assert marked, "then outputs"
@@ -80,9 +83,19 @@ def test_the_example_for_contributors_states_its_contract():
     check_contract(source, node)
 
 
+ADD = (
+    "@cpu_kernel\ndef add(\n    # Share:\n    begin: int,  # i8\n    end: int,  # i8\n"
+    "    # In:\n    a: float,  # f8\n    # Out:\n    b_out: Floats,  # (n,) f8\n"
+    ') -> None:\n    """Add."""\n    b_out[0] = a\n'
+)
+
+
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
+        ("@cpu_kernel\n", "@light_kernel\n", "or not"),
+        ("    # Share:\n", "", "or not"),
+        ("    begin: int,  # i8\n    end: int,  # i8\n", "", "comes first"),
         (") -> None:", "):", "-> None"),
         ("# In:", "", "inputs come first"),
         ("b_out", "b", "{'b'}"),
@@ -92,13 +105,9 @@ def test_the_example_for_contributors_states_its_contract():
     ],
 )
 def test_a_kernel_without_its_contract_is_noticed(old, new, says):
-    source = (
-        "def add(\n    # In:\n    a: float,  # f8\n    # Out:\n    b_out: Floats,  # (n,) f8\n"
-        ') -> None:\n    """Add."""\n    b_out[0] = a\n'
-    )
-    check_contract(source, ast.parse(source).body[0])
-    assert old in source
-    wrong = source.replace(old, new)
+    check_contract(ADD, ast.parse(ADD).body[0])
+    assert old in ADD
+    wrong = ADD.replace(old, new)
     with pytest.raises(AssertionError, match=says):
         check_contract(wrong, ast.parse(wrong).body[0])
 
@@ -118,9 +127,9 @@ TWINS = {
 
 def test_twins_have_the_same_contract():
     def contracts(target):
-        """Return {(file, name): parameters and comments} of all kernels."""
+        """Return {(file, name): parameters and comments} of all kernels, without the share."""
         return {
-            (file, node.name): signature_of(source).split("\n", 1)[1]
+            (file, node.name): signature_of(source).partition("# In:")[2]
             for file, source, node in kernels_of(target)
         }
 

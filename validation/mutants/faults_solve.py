@@ -9,12 +9,20 @@ THREADS = "tests/loop/test_resolve.py::test_same_bits_with_one_thread_and_with_t
 
 SOLVERS = [
     Fault(
-        "one-folder-for-loops-and-threads",
-        "izo_ref/base/compile.py",
-        'launch.alone = _kernel(function, folder=CACHE_FOLDER / "alone")',
-        "launch.alone = _kernel(function)",
-        "Code compiled for one thread is loaded where code for all threads was asked for.",
-        ("tests/base/test_compile.py",),
+        "nobody-waits-for-the-helpers",
+        "izo_ref/base/threads.py",
+        "    launch.work()\n    launch.wait()\n",
+        "    launch.work()\n",
+        "A launch ends although another thread still works on a part of it.",
+        ("tests/base/test_threads.py",),
+    ),
+    Fault(
+        "last-item-left-out",
+        "izo_ref/base/threads.py",
+        "items[n * k // n_parts : n * (k + 1) // n_parts]",
+        "items[n * k // n_parts : n * (k + 1) // n_parts - (k + 1 == n_parts)]",
+        "The last item of each launch on several threads is left out.",
+        ("tests/base/test_threads.py",),
     ),
     Fault(
         "multipliers-not-clamped",

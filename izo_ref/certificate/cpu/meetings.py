@@ -1,7 +1,5 @@
 """Decide which pairs certainly meet."""
 
-from numba import prange
-
 from izo_ref.base.arrays import Flags, Nodes, Positions, Times
 from izo_ref.base.compile import light_kernel
 from izo_ref.certificate.formulas.meeting import certainly_meets
@@ -20,7 +18,7 @@ def decide_meetings(
     meets_out: Flags,  # (n_pairs,) b1, True if the pair meets, False if that is not certain
 ) -> None:
     """Decide which pairs certainly meet, near their time of impact."""
-    for i in prange(nodes.shape[0]):
+    for i in range(nodes.shape[0]):
         a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
         b1, b2, b3 = relative_nodes(positions_t1, row4(nodes, i))
         meets_out[i] = certainly_meets(is_edge_edge[i], a1, a2, a3, b1, b2, b3, toi[i])

@@ -1,7 +1,5 @@
 """Find the pairs of two trees whose boxes meet, and the contacts among them."""
 
-from numba import prange
-
 from izo_ref.base.arrays import Codes, Floats, Indices, Ints, Nodes, Offsets, Positions, Times
 from izo_ref.base.compile import cpu_kernel, light_kernel
 from izo_ref.detection.serial.contacts import (
@@ -19,6 +17,9 @@ BLOCKS = CHUNK // WIDTH
 
 @cpu_kernel
 def find_pairs(
+    # Share:
+    begin: int,  # i8, the first chunk of this share
+    end: int,  # i8, behind the last one
     # In:
     chunks: Indices,  # (n,) i8, chunks of queries; chunk c has CHUNK of them, from CHUNK * c on
     starts: Offsets,  # (n + 1,) i8, where each chunk writes, and where its room ends
@@ -30,7 +31,7 @@ def find_pairs(
     pairs_out: Ints,  # (starts[n], 2) i4, places of the elements of each pair
 ) -> None:
     """Find the pairs of some chunks of queries whose moving boxes meet a leaf's."""
-    for k in prange(chunks.shape[0]):
+    for k in range(begin, end):
         first = BLOCKS * chunks[k]
         last = min(first + BLOCKS, (queries.nodes.shape[0] + WIDTH - 1) // WIDTH)
         count = 0
@@ -44,6 +45,9 @@ def find_pairs(
 
 @cpu_kernel
 def find_contacts(
+    # Share:
+    begin: int,  # i8, the first chunk of this share
+    end: int,  # i8, behind the last one
     # In:
     chunks: Indices,  # (n,) i8, chunks of pairs; chunk c has CHUNK of them, from CHUNK * c on
     pairs: Ints,  # (n_pairs, 2) i4, places
@@ -60,7 +64,7 @@ def find_contacts(
     directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
 ) -> None:
     """Find the contacts among the pairs of some chunks: those that are not proved apart."""
-    for k in prange(chunks.shape[0]):
+    for k in range(begin, end):
         c = chunks[k]
         tallies_out[c, 0], tallies_out[c, 1], tallies_out[c, 2] = contacts_of_pairs(
             CHUNK * c,
@@ -91,7 +95,7 @@ def gather_contact_nodes(
     nodes_out: Nodes,  # (n_pairs, 4) i4, vertex then face, or edge then edge
 ) -> None:
     """Write the sort key and the vertices of each pair."""
-    for i in prange(pairs.shape[0]):
+    for i in range(pairs.shape[0]):
         a, b = pairs[i, 0], pairs[i, 1]
         keys_out[i] = pair_key(a, b, first_order, first_nodes, second_order)
         nodes = pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes)
@@ -101,6 +105,9 @@ def gather_contact_nodes(
 
 @cpu_kernel
 def find_crossings(
+    # Share:
+    begin: int,  # i8, the first chunk of pairs of this share
+    end: int,  # i8, behind the last one
     # In:
     pairs: Ints,  # (n_pairs, 2) i4, places of edges and faces
     edges: Ints,  # (n_edges, 2) i4
@@ -110,7 +117,7 @@ def find_crossings(
     statuses_out: Codes,  # (n_pairs,) i1, statuses of detection/formulas/advance.py
 ) -> None:
     """Decide whether edges cross faces at rest, where floats can tell."""
-    for chunk in prange((pairs.shape[0] + CHUNK - 1) // CHUNK):
+    for chunk in range(begin, end):
         first = CHUNK * chunk
         last = min(first + CHUNK, pairs.shape[0])
         crossings_of_pairs(first, last, pairs, edges, faces, positions, statuses_out)

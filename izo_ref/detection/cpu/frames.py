@@ -1,7 +1,5 @@
 """Compute the frames of impacts: their weights and normals."""
 
-from numba import prange
-
 from izo_ref.base.arrays import Flags, Nodes, Normals, Positions, Times, Weights
 from izo_ref.base.compile import light_kernel
 from izo_ref.detection.formulas.frame import closest_frame, impact_frame
@@ -22,7 +20,7 @@ def compute_impact_frames(
     normals_out: Normals,  # (n_impacts, 3) f8
 ) -> None:
     """Compute the frame of each impact at its time of impact."""
-    for i in prange(nodes.shape[0]):
+    for i in range(nodes.shape[0]):
         a1, a2, a3 = relative_nodes(positions_t0, row4(nodes, i))
         b1, b2, b3 = relative_nodes(positions_t1, row4(nodes, i))
         weights, normal = impact_frame(
@@ -45,7 +43,7 @@ def compute_closest_frames(
     normals_out: Normals,  # (n_impacts, 3) f8
 ) -> None:
     """Compute the frame of each pair at its closest points."""
-    for i in prange(nodes.shape[0]):
+    for i in range(nodes.shape[0]):
         q1, q2, q3 = relative_nodes(positions, row4(nodes, i))
         weights, normal = closest_frame(is_edge_edge[i], q1, q2, q3)
         for k in range(4):

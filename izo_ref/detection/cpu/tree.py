@@ -1,7 +1,5 @@
 """Fit the boxes of elements and of the trees over them."""
 
-from numba import prange
-
 from izo_ref.base.arrays import AnyFloats, Bits, Flags, Floats, Indices, Ints, Offsets, Positions
 from izo_ref.base.compile import light_kernel
 from izo_ref.detection.serial.boxes import (
@@ -26,7 +24,7 @@ def compute_vertex_boxes(
     boxes_out: AnyFloats,  # (n_vertices, 9) f4, start, lowest end, highest end; without unit
 ) -> None:
     """Compute the start and the box of the end of each vertex."""
-    for i in prange(positions_t0.shape[0]):
+    for i in range(positions_t0.shape[0]):
         vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out)
 
 
@@ -41,7 +39,7 @@ def compute_morton_codes(
     codes_out: Indices,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
 ) -> None:
     """Compute the Morton code of each element."""
-    for i in prange(nodes.shape[0]):
+    for i in range(nodes.shape[0]):
         codes_out[i] = morton_code(i, positions, nodes, origin, cells_per_m)
 
 
@@ -54,7 +52,7 @@ def flag_moved_lanes(
     lanes_out: Bits,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
 ) -> None:
     """Mark the elements that have a moved vertex."""
-    for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
+    for block in range((nodes.shape[0] + WIDTH - 1) // WIDTH):
         lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
 
 
@@ -70,11 +68,11 @@ def fit_tree(
     blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4, written where a lane is marked
 ) -> None:
     """Mark the elements that have a moved vertex, and fit their boxes and those above them."""
-    for block in prange((nodes.shape[0] + WIDTH - 1) // WIDTH):
+    for block in range((nodes.shape[0] + WIDTH - 1) // WIDTH):
         lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
         if lanes_out[block] != 0:
             element_block(block, vertex_boxes, nodes, blocks_out)
     for level in range(levels.shape[0] - 2):
         first, end = levels[level], levels[level + 1]
-        for parent in prange((end - first + WIDTH - 1) // WIDTH):
+        for parent in range((end - first + WIDTH - 1) // WIDTH):
             parent_block(parent, first, end, False, lanes_out, blocks_out)

@@ -1,7 +1,5 @@
 """The augmented-Lagrangian solver: one thread a zone."""
 
-from numba import prange
-
 from izo_ref.base.compile import cpu_kernel
 from izo_ref.base.serial.thread_group import alone
 from izo_ref.solvers.serial.descent import minimise_zone
@@ -11,6 +9,9 @@ from izo_ref.solvers.serial.settings import Settings
 
 @cpu_kernel
 def solve_lagrangian(
+    # Share:
+    begin: int,  # i8, the first of the zones of this share
+    end: int,  # i8, behind the last one
     # In:
     inputs: Inputs,  # Inputs in f8 or f4, of solvers/serial/records.py
     settings: Settings,  # Settings
@@ -19,7 +20,7 @@ def solve_lagrangian(
     work_out: WorkSpace,  # WorkSpace in f8 or f4
 ) -> None:
     """Solve zones, one thread a zone."""
-    for k in prange(inputs.zones.shape[0]):
+    for k in range(begin, end):
         minimise_zone(
             inputs.zones[k], work_out.states[k, 0], alone(), inputs, settings, results_out, work_out
         )

@@ -1,7 +1,5 @@
 """The sparse matrices of a large zone: values, factors and solutions."""
 
-from numba import prange
-
 from izo_ref.base.arrays import Floats, Ints, Normals, Offsets
 from izo_ref.base.compile import cpu_kernel, light_kernel
 from izo_ref.solvers.serial.fronts import Fronts, eliminate, solve_downwards, solve_upwards
@@ -18,7 +16,7 @@ def weighted_gram(
     values_out: Floats,  # (n_values, 3, 3) f8, C^T diag(weights) C is added
 ) -> None:
     """Add C^T diag(weights) C to the values of a matrix."""
-    for j in prange(weights.shape[0]):
+    for j in range(weights.shape[0]):
         for k in range(4):
             for i in range(k, 4):
                 slot = slots[j, k, i]
@@ -33,6 +31,9 @@ def weighted_gram(
 
 @cpu_kernel
 def factorize(
+    # Share:
+    begin: int,  # i8, the first run of this share
+    end: int,  # i8, behind the last one
     # In:
     fronts: Fronts,  # Fronts
     run_starts: Offsets,  # (n_runs + 1,) i8, where each run begins in runs
@@ -43,32 +44,31 @@ def factorize(
     kept_out: Floats,  # (fronts.n_kept,) f8
     factor_out: Floats,  # (fronts.factor_starts[-1],) f8
 ) -> None:
-    """Factor a matrix: all runs but the last at the same time, then the last run."""
-    last = run_starts.shape[0] - 2
-    for run in prange(last):
+    """Factor the fronts of some runs."""
+    for run in range(begin, end):
         chosen = runs[run_starts[run] : run_starts[run + 1]]
         eliminate(fronts, chosen, values, smallest, kept_out, factor_out)
-    eliminate(fronts, runs[run_starts[last] :], values, smallest, kept_out, factor_out)
 
 
 @cpu_kernel
 def solve(
+    # Share:
+    begin: int,  # i8, the first run of this share
+    end: int,  # i8, behind the last one
     # In:
+    upwards: bool,  # b1, from the leaves to the roots; else back
     fronts: Fronts,  # Fronts
     run_starts: Offsets,  # (n_runs + 1,) i8, as in factorize
     runs: Ints,  # (n_fronts,) i4, as in factorize
     factor: Floats,  # (fronts.factor_starts[-1],) f8
     # Out:
     x_out: Floats,  # (n_blocks * size,) f8, the right-hand side on entry
-    rests_out: Floats,  # (size * fronts.starts[-1],) f8, work space
+    rests_out: Floats,  # (size * fronts.starts[-1],) f8, work space of the way upwards
 ) -> None:
-    """Solve for one right-hand side with the factor of a matrix."""
-    last = run_starts.shape[0] - 2
-    for run in prange(last):
+    """Solve for one right-hand side in the fronts of some runs, on the way upwards or back."""
+    for run in range(begin, end):
         chosen = runs[run_starts[run] : run_starts[run + 1]]
-        solve_upwards(fronts, chosen, factor, x_out, rests_out)
-    solve_upwards(fronts, runs[run_starts[last] :], factor, x_out, rests_out)
-    solve_downwards(fronts, runs[run_starts[last] :], factor, x_out)
-    for run in prange(last):
-        chosen = runs[run_starts[run] : run_starts[run + 1]]
-        solve_downwards(fronts, chosen, factor, x_out)
+        if upwards:
+            solve_upwards(fronts, chosen, factor, x_out, rests_out)
+        else:
+            solve_downwards(fronts, chosen, factor, x_out)

@@ -1,7 +1,5 @@
 """Constraints in scaled variables, and the solvers that take one thread a zone."""
 
-from numba import prange
-
 from izo_ref.base.arrays import (
     AnyFloats,
     Codes,
@@ -39,7 +37,7 @@ def scale_constraints(
     hopeless_out: Flags,  # (n_impacts,) b1, violated, and no unpinned vertex can change it
 ) -> None:
     """Write the constraints of impacts in scaled variables."""
-    for j in prange(nodes.shape[0]):
+    for j in range(nodes.shape[0]):
         rhs_out[j], lengths_out[j], hopeless_out[j] = scale_constraint(
             j,
             nodes,
@@ -55,6 +53,9 @@ def scale_constraints(
 
 @cpu_kernel
 def solve_small_zones(
+    # Share:
+    begin: int,  # i8, the first slot of this share
+    end: int,  # i8, behind the last one
     # In:
     zones: Indices,  # (n,) i8, zones to solve
     methods: Codes,  # (n,) i1, method to try first, a code of solvers/serial/small_zone.py
@@ -79,7 +80,7 @@ def solve_small_zones(
 ) -> None:
     """Solve small zones, one thread a zone; a slot solves one zone after the other."""
     n_slots = number_starts.shape[0] - 1
-    for slot in prange(n_slots):
+    for slot in range(begin, end):
         for i in range(slot, zones.shape[0], n_slots):
             zone = int(zones[i])
             methods_out[zone], solved_out[zone], steps_out[zone] = solve_small_zone(
@@ -103,6 +104,9 @@ def solve_small_zones(
 
 @cpu_kernel
 def solve_sweeps(
+    # Share:
+    begin: int,  # i8, the first zone of this share
+    end: int,  # i8, behind the last one
     # In:
     impact_offsets: Offsets,  # (n_zones + 1,) i8
     vertex_offsets: Offsets,  # (n_zones + 1,) i8
@@ -122,7 +126,7 @@ def solve_sweeps(
     trace_out: Floats,  # (n_zones, k, 2) f8, 1/2 |z|^2 and violation [m] of sweeps; k = 0: none
 ) -> None:
     """Solve zones by projected Gauss-Seidel, one thread a zone."""
-    for zone in prange(impact_offsets.shape[0] - 1):
+    for zone in range(begin, end):
         steps_out[zone] = sweeps(
             impact_offsets[zone],
             impact_offsets[zone + 1],

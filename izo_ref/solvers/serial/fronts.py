@@ -142,7 +142,7 @@ def eliminate(
         top = _take_rests(fronts, s, top, stack, kept_out, ends, front)
         partial_cholesky(front, n, pivots, smallest, tiles)
         at = fronts.factor_starts[s]
-        factor_out[at : at + pivots * n] = work[: pivots * n]
+        copy(work[: pivots * n], factor_out[at : at + pivots * n])
         left = n - pivots
         if fronts.kept[s] >= 0:
             rest = kept_out[fronts.kept[s] : fronts.kept[s] + left * left]
@@ -188,8 +188,8 @@ def solve_upwards(fronts: Fronts, chosen: Ints, factor: Floats, x: Floats, rests
             value = part[k]
             for j in range(k + 1, n):
                 part[j] -= value * row[j]
-        x[first : first + pivots] = part[:pivots]
-        rests[begin:end] = part[pivots:n]
+        copy(part[:pivots], x[first : first + pivots])
+        copy(part[pivots:n], rests[begin:end])
 
 
 @compiled
@@ -225,4 +225,4 @@ def solve_downwards(fronts: Fronts, chosen: Ints, factor: Floats, x: Floats) -> 
             for j in range(whole, n):
                 value -= row[j] * part[j]
             part[k] = (value - (by_1 + by_2 + by_3)) * row[k]
-        x[first : first + pivots] = part[:pivots]
+        copy(part[:pivots], x[first : first + pivots])

@@ -10,11 +10,7 @@ from izo_ref.base.arrays import AnyFloats, AnyInts, Floats, Indices, Ints, Offse
 
 
 class Inputs(NamedTuple):
-    """What the kernels read, except the settings.
-
-    The settings are a parameter of their own, because numba cannot pass a record inside a record to
-    `prange`.
-    """
+    """What the kernels read, except the settings."""
 
     zones: Indices  # (n,) i8, zones to solve
     impact_offsets: Offsets  # (n_zones + 1,) i8
