@@ -20,7 +20,6 @@ from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
 
 LARGE_IMPACTS = 300  # impacts of a zone: more than a small zone has
-PARALLEL_IMPACTS = 150  # impacts of a small zone that is enough work for all threads
 
 
 class CacheFolder(NamedTuple):
@@ -78,16 +77,16 @@ def _large_zones() -> None:
 
 
 def _rest() -> None:
-    solve_zone(_chain(PARALLEL_IMPACTS))
     resolve(_tetrahedra_scene(), 1e-3)
 
 
-# Functions that are compiled together, each group by its own process. `rest` uses what the other
-# groups compiled, and adds the little that is left.
+# Functions that are compiled together, each group by its own process, the largest group first.
+# `rest` is all that a step with small zones calls: it uses what the other groups compiled, and adds
+# the little that is left.
 TASKS = {
-    "detection": _detection,
-    "small-zones": _small_zones,
     "large-zones": _large_zones,
+    "small-zones": _small_zones,
+    "detection": _detection,
     "rest": _rest,
 }
 
@@ -131,17 +130,27 @@ def run_task(name: str) -> None:
     TASKS[name]()
 
 
-@contextmanager
-def compiling_beside() -> Iterator[None]:
-    """Let another process compile the solvers of small zones while a block runs.
+def compile_everything() -> None:
+    """Compile what any step calls in two processes, if there is no compiled code yet."""
+    if not anything_compiled():
+        with compiling_beside("large-zones"):
+            run_task("rest")
 
-    This happens only if there is no compiled code yet. The block is meant to compile detection,
-    which takes as long. When the block ends, the other process is waited for.
+
+@contextmanager
+def compiling_beside(name: str) -> Iterator[None]:
+    """Let another process compile for a task while a block runs.
+
+    This happens only if there is no compiled code yet. The block is meant to compile something
+    else, which takes as long. When the block ends, the other process is waited for.
+
+    Args:
+        name: One of `TASKS`.
     """
     if anything_compiled() or (os.cpu_count() or 1) < 2:
         yield
         return
-    process = _start("small-zones")
+    process = _start(name)
     try:
         yield
         process.wait()

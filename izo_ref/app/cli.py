@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TypeAlias
 
-from izo_ref.app.cache import TASKS, clear, compiling_beside, fill, folders
+from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside, fill, folders
 from izo_ref.app.files import check_writable, load_result, load_scene, save_json, save_result
 from izo_ref.app.summary import certificate_summary, impacts_summary, result_summary
 from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
@@ -49,7 +49,7 @@ def _resolve(args: Arguments) -> int:
     if args.json:
         check_writable(args.json)
     with _progress() as tick:
-        with compiling_beside():
+        with compiling_beside("small-zones"):
             scene = load_scene(args.step, args.initial_intersections)
         result = resolve(
             scene,
@@ -138,6 +138,7 @@ def _demo(args: Arguments) -> int:
     from izo_ref.app.demo import write_demo
 
     with _progress() as tick:
+        compile_everything()
         result, page = write_demo(
             args.output, lambda row: tick(f"{row.found} impacts, {row.zones} zones")
         )

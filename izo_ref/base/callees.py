@@ -32,7 +32,7 @@ class _InnerLibrary(JITCodeLibrary):
     """Code of an inner form: it is linked into the callers, and never becomes machine code."""
 
     @property
-    def codegen(self) -> _NoEnvironment:
+    def codegen(self) -> Any:
         """Return what numba tells about the environment of the function."""
         return _NoEnvironment()
 
@@ -57,7 +57,7 @@ class _TakeInnerLibrary(FunctionPass):
         """Make the pass; numba asks for a constructor."""
         super().__init__()
 
-    def run_pass(self, state: Any) -> bool:
+    def run_pass(self, state: Any) -> Any:
         """Set the library, which numba would make itself if there were none."""
         state.library = _InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
         return True

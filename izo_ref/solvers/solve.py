@@ -125,6 +125,8 @@ def _solve_small_zones(
     steps = np.zeros(n_zones, np.int32)
     zone_sizes = system.impact_offsets[1:] - system.impact_offsets[:-1]
     zones, first_tried = _choose_small_zones(zone_sizes, options)
+    if len(zones) == 0:  # large zones alone: the kernel need not be compiled
+        return _Answers(multipliers, z, np.zeros(n_impacts, bool), methods, solved, steps)
     sizes = zone_sizes[zones]
     is_little = (sizes * (sizes + 60)).sum() <= SERIAL_WORK
     on_one_thread = is_little and "small-launches" in options.rules

@@ -1,5 +1,6 @@
 """Commands that show, fill and clear the compiled code on disk."""
 
+import os
 import subprocess
 import sys
 
@@ -67,10 +68,58 @@ def test_another_process_compiles_only_where_nothing_is_compiled(monkeypatch, co
     monkeypatch.setattr(cache, "_start", start)
     monkeypatch.setattr(cache, "anything_compiled", lambda: compiled)
     monkeypatch.setattr(cache.os, "cpu_count", lambda: 2)
-    with cache.compiling_beside():
+    with cache.compiling_beside("small-zones"):
         pass
     assert len(started) == (0 if compiled else 1)
     assert all(process.returncode == 0 for process in started)
+
+
+@pytest.mark.parametrize("compiled", [False, True])
+def test_everything_is_compiled_in_two_processes_where_nothing_is(monkeypatch, compiled):
+    here, beside = [], []
+
+    def start(name):
+        beside.append(name)
+        return subprocess.Popen([sys.executable, "-c", "pass"])
+
+    monkeypatch.setattr(cache, "_start", start)
+    monkeypatch.setattr(cache, "run_task", here.append)
+    monkeypatch.setattr(cache, "anything_compiled", lambda: compiled)
+    monkeypatch.setattr(cache.os, "cpu_count", lambda: 2)
+    cache.compile_everything()
+    assert (here, beside) == (([], []) if compiled else (["rest"], ["large-zones"]))
+
+
+LISTED = """
+import sys
+from numba.core import event
+from izo_ref.app.cache import run_task
+
+class Listener(event.Listener):
+    def on_start(self, happening):
+        python = happening.data["dispatcher"].py_func
+        if python.__module__.startswith("izo_ref"):
+            print(python.__name__)
+
+    def on_end(self, happening):
+        pass
+
+event.register("numba:compile", Listener())
+run_task(sys.argv[1])
+"""
+
+
+@pytest.mark.slow
+def test_the_two_processes_compile_different_kernels(tmp_path):
+    env = os.environ | {"XDG_CACHE_HOME": str(tmp_path)}
+    compiled = []
+    for task in ("rest", "large-zones"):
+        command = [sys.executable, "-c", LISTED, task]
+        done = subprocess.run(command, env=env, capture_output=True, text=True, check=True)
+        compiled.append(set(done.stdout.split()))
+    assert {"find_contacts", "solve_small_zones", "decide_meetings"} <= compiled[0]
+    assert {"minimum_degree", "factorize", "gram_products", "solve_sweeps"} <= compiled[1]
+    assert not compiled[0] & {"minimum_degree", "factorize"}
 
 
 def test_importing_the_package_imports_neither_numba_nor_numpy():
