@@ -120,8 +120,8 @@ def inlined(function: Function) -> Function:
 class Kernel:
     """A kernel of the CPU, whose loop runs from item `begin` to item `end`, its first parameters.
 
-    `kernel(items, ...)` runs it over a range of items on all threads, and `kernel.alone(items, ...)`
-    on the calling thread. The bits are the same.
+    `kernel(items, ...)` runs it over a range of items on all threads, `kernel.alone(items, ...)` on
+    the calling thread. The bits are the same.
     """
 
     def __init__(self, function: Callable[..., None]) -> None:
