@@ -1,15 +1,23 @@
 """A function that compiled code calls is compiled once, as a part of its callers."""
 
+import gc
+
 import numba
+import numba.extending
 import pytest
 
-from izo_ref.base.callees import Function
+from izo_ref.base.callees import RARELY, Function
 from izo_ref.base.compile import OPTIONS
 
 
 def a_function(python):
     """Return a compiled function that is not kept on disk."""
     return Function(python, {}, dict(OPTIONS))
+
+
+def abs_of_anything(x):
+    """Return the absolute value; compiled code takes another function for it."""
+    return abs(x)
 
 
 @a_function
@@ -55,6 +63,24 @@ def test_code_of_plain_numba_calls_the_inner_form_too():
         return square(x) + 1.0
 
     assert plain(3.0) == 10.0
+
+
+def test_compiling_leaves_the_search_for_garbage_as_it_was():
+    seen = []
+
+    @numba.extending.overload(abs_of_anything)
+    def _(x):
+        seen.append(gc.get_threshold())
+        return lambda x: abs(x)
+
+    @a_function
+    def caller(x):
+        return abs_of_anything(x)
+
+    before = gc.get_threshold()
+    assert caller(-1.0) == 1.0
+    assert gc.get_threshold() == before
+    assert {threshold[0] for threshold in seen} == {RARELY * before[0]}
 
 
 def test_what_cannot_be_compiled_is_named():
