@@ -11,6 +11,7 @@ re-orders nor contracts operations on floats if it is not allowed to.
 """
 
 import gc
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any
 
@@ -82,11 +83,21 @@ class _InnerCompiler(CompilerBase):
 
 
 class Function(CPUDispatcher):
-    """A compiled function; compiled code that calls it calls its inner form."""
+    """A compiled function; compiled code that calls it calls its inner form.
+
+    Attributes:
+        prepare: Function that is called with this one before it is compiled or loaded for the first
+            time, or None.
+    """
+
+    prepare: Callable[[Any], None] | None = None
 
     def compile(self, sig: Any) -> Any:
         """Compile the function for a signature, or load it, with few searches for garbage."""
-        with global_compiler_lock:  # so that only one thread changes the threshold
+        with global_compiler_lock:  # so that one thread at a time changes what is changed here
+            if self.prepare is not None:
+                self.prepare(self)
+                self.prepare = None
             threshold = gc.get_threshold()
             gc.set_threshold(RARELY * threshold[0], *threshold[1:])
             try:

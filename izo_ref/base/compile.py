@@ -86,10 +86,14 @@ def _compile(function: Function, **options: Any) -> Function:
     if config.DISABLE_JIT:
         return function
     dispatcher = callees.Function(function, {}, OPTIONS | options)
+    dispatcher.prepare = _keep_on_disk  # later, because most functions are never called by Python
+    return cast(Function, dispatcher)
+
+
+def _keep_on_disk(dispatcher: Any) -> None:
     with setting(config, "CACHE_DIR", str(CACHE_FOLDER)):  # numba reads it in the next line
         dispatcher.enable_caching()
     name_files_by_process(dispatcher)
-    return cast(Function, dispatcher)
 
 
 def name_files_by_process(dispatcher: Any) -> None:
