@@ -16,11 +16,13 @@ from functools import cached_property
 from typing import Any
 
 from numba.core import types
+from numba.core.caching import FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher
+from numba.core.runtime import rtsys
 from numba.core.typed_passes import NopythonTypeInference
 
 # A compiler makes many objects and keeps most of them until it ends, so searching for garbage in
@@ -82,6 +84,21 @@ class _InnerCompiler(CompilerBase):
         return [passes]
 
 
+class _Cache(FunctionCache):
+    """Compiled code on the disk that is loaded without all that compiling needs."""
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load the code of a signature, or return None.
+
+        numba first declares all functions that it can compile, which takes a third of the time of a
+        call of `izo` with compiled code. Loading needs numba's management of memory alone, and a
+        compiler declares the functions itself.
+        """
+        rtsys.initialize(target_context)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
+
+
 class Function(CPUDispatcher):
     """A compiled function; compiled code that calls it calls its inner form.
 
@@ -104,6 +121,10 @@ class Function(CPUDispatcher):
                 return super().compile(sig)
             finally:
                 gc.set_threshold(*threshold)
+
+    def enable_caching(self) -> None:
+        """Keep compiled code on the disk."""
+        self._cache = _Cache(self.py_func)
 
     @property
     def _numba_type_(self) -> types.Dispatcher:

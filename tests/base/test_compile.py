@@ -38,7 +38,9 @@ def test_numbas_own_cache_folder_is_left_alone():
 
 
 ADD_ONE = """
+from unittest.mock import patch
 import numpy as np
+from numba.core.cpu import CPUContext
 from izo_ref.base.compile import compiled, cpu_kernel
 
 @compiled
@@ -55,23 +57,27 @@ def add_three(begin, end, out):
         out[i] = add_one(add_two(out[i]))
 
 numbers = np.zeros(1000, np.int64)
-add_three(range(1000), numbers)
-add_three.alone(range(1, 3), numbers)
+declare = CPUContext.load_additional_registries
+with patch.object(CPUContext, "load_additional_registries", autospec=True) as declared:
+    declared.side_effect = declare
+    add_three(range(1000), numbers)
+    add_three.alone(range(1, 3), numbers)
 print(numbers[:4].tolist(), set(numbers[3:].tolist()))
+print(declared.called, add_two(np.float32(0.5)))
 """
 
 
-def test_a_kernel_is_compiled_once_and_what_it_calls_is_part_of_it(tmp_path):
+def test_a_kernel_is_compiled_once_together_with_what_it_calls(tmp_path):
     (tmp_path / "add_one.py").write_text(ADD_ONE)
     home = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(PACKAGE.parent)}
     env = os.environ | home | {"NUMBA_NUM_THREADS": "2"}
-    for _ in range(2):  # the first run compiles, the second one loads from disk
+    for compiles in (True, False):  # the first run compiles, the second one loads from disk
         done = subprocess.run(
             [sys.executable, "add_one.py"], cwd=tmp_path, env=env, capture_output=True, text=True
         )
-        assert done.stdout == "[3, 6, 6, 3] {3}\n", done.stderr
-        (file,) = tmp_path.rglob("*.nbc")
-        assert "add_three" in file.name
+        assert done.stdout == f"[3, 6, 6, 3] {{3}}\n{compiles} 2.5\n", done.stderr
+        names = sorted(path.name.split("-")[0] for path in tmp_path.rglob("*.nbc"))
+        assert names == ["add_one.add_three", "add_one.add_two"]
 
 
 TWICE = """
