@@ -82,7 +82,7 @@ class SparseCholesky:
 
 def _order_of(entries: AnyInts, n: int) -> Ints:
     """Return the order of elimination: (n,) i4, the first block, the second, ..."""
-    entries = entries.astype(np.int32)  # one type, so that nothing is compiled for two
+    entries = np.ascontiguousarray(entries, np.int32)  # one type, so that nothing is compiled twice
     order = minimum_degree(*elimination.graph_of(entries, n))
     # Rearrange it so that each parent follows directly after the subtrees of all its children.
     graph = elimination.graph_of(_places(order)[entries], n)
