@@ -30,11 +30,10 @@ from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_g
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
-from izo_ref.detection.formulas.advance import MAX_STEPS
 from izo_ref.detection.serial.tree import Tree
 from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
 
-# Pairs that one launch looks at. Each takes 64 bytes until the contacts are known.
+# Pairs that one launch looks at. Each takes 72 bytes until the contacts are known.
 BATCH = 1 << 22
 
 
@@ -96,7 +95,6 @@ class Detector:
             Elements(nodes, self._start, grid) for nodes in (vertices, scene.edges, scene.faces)
         ]
         self._excluded = to_gpu(_excluded_keys(scene))
-        self._no_reach = full(self._n, 0.0, np.float64)
 
     def find(self, positions_t1: GpuArray) -> Impacts:
         """Find the impacts of the path from the start to `positions_t1`.
@@ -159,6 +157,7 @@ class Detector:
             n = batch.shape[0]
             tallies, index = empty((n, 3), np.int64), empty(n, np.int64)
             toi, directions = empty(n, np.float64), empty((n, 3), np.float64)
+            margins = empty(n, np.float64)
             contacts.find_contacts[n](
                 arange(n),
                 batch,
@@ -166,12 +165,11 @@ class Detector:
                 second,
                 self._start,
                 positions_t1,
-                self._no_reach,
-                MAX_STEPS,
                 tallies,
                 index,
                 toi,
                 directions,
+                margins,
             )
             is_contact = empty(n, np.bool_)
             paths.flag_contacts[n](tallies, is_contact)

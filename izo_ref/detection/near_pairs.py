@@ -7,22 +7,22 @@ from izo_ref.base.ranges import ranges
 from izo_ref.base.records import Impacts, PairCounts, Pairs, join_impacts, no_impacts
 from izo_ref.detection.cpu import frames as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, find_contacts, gather_contact_nodes
-from izo_ref.detection.formulas.advance import MAX_STEPS
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.trees import Elements, meeting_pairs, scattered
-
-# Steps of proof before a pair counts as near. With 1, armadillo-rollers and cloth-ball-clean take
-# 1.3 and 3.1 s more; with 6 they take as long as with 4.
-NEAR_STEPS = 4
 
 
 class NearPairs:
     """Pairs of two kinds of elements that are near, and those of them that are impacts.
 
     The two kinds are vertices and faces, or edges and edges. Each vertex has a centre, about which
-    it is expected to end, and a reach. A pair is near if it is not proved apart for all ends of its
-    vertices within their reach. A pair that is not near stays apart as long as its vertices end
-    there.
+    it is expected to end, and a reach. A pair is near if its moving boxes meet, when each of its
+    vertices may end anywhere within its reach. A pair that is not near stays apart as long as its
+    vertices end there.
+
+    Each near pair has a margin: it stays apart until one of its vertices has moved by more than
+    that since its last proof. The margin shrinks with every move, and is -1 for a pair that was not
+    proved yet. Contacts have a margin of 0. A proof of an axis takes 60 ns, and a comparison of the
+    margin 5.
 
     Args:
         kind: `vertex_face` or `edge_edge`, for the counts.
@@ -53,67 +53,61 @@ class NearPairs:
         self._excluded = excluded
         self._keys: Indices = np.empty(0, np.int64)  # of the impacts, which are sorted by them
         self._near: Ints = np.empty((0, 2), np.int32)  # places in the trees
+        self._margins: Floats = np.empty(0)  # (n_near,) [m]
 
-    def find(self, positions_t1: Positions, reach: Floats, counts: PairCounts) -> None:
-        """Find all near pairs and all impacts.
-
-        Args:
-            positions_t1: (n_vertices, 3) f8 [m], ends of the path, which are the centres too.
-            reach: (n_vertices,) f8 [m].
-            counts: The counts to add to.
-        """
-        pairs = meeting_pairs(self._first, self._second)
-        contacts = self._contacts(pairs, positions_t1, reach, MAX_STEPS, counts)
-        self._near = contacts[0]
-        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)
-
-    def update_near(self, centres: Positions, reach: Floats, counts: PairCounts) -> None:
-        """Find the near pairs of the elements that are marked in the trees; keep all others.
-
-        Args:
-            centres: (n_vertices, 3) f8 [m].
-            reach: (n_vertices,) f8 [m].
-            counts: The counts to add to.
-        """
-        first = self._first.in_lanes()
-        second = first if self._second is self._first else self._second.in_lanes()
-        old = first[self._near[:, 0]] | second[self._near[:, 1]]
-        pairs = meeting_pairs(self._first, self._second)
-        pairs, _, _ = self._contacts(pairs, centres, reach, NEAR_STEPS, counts)
-        self._near = np.concatenate((self._near[~old], pairs))
-
-    def update_impacts(self, positions_t1: Positions, moved: Flags, counts: PairCounts) -> None:
-        """Recheck the near pairs with a moved vertex; keep the previous impacts of all others.
+    def find(self, positions_t1: Positions, counts: PairCounts) -> None:
+        """Find all impacts; no pair is near yet, because no vertex has a reach.
 
         Args:
             positions_t1: (n_vertices, 3) f8 [m], ends of the path.
-            moved: (n_vertices,) b1, vertices that end elsewhere than on the previous path.
             counts: The counts to add to.
         """
-        first = self._first.with_vertex(moved)
-        second = first if self._second is self._first else self._second.with_vertex(moved)
-        pairs = self._near[first[self._near[:, 0]] | second[self._near[:, 1]]]
-        no_reach = np.zeros(len(positions_t1))
-        contacts = self._contacts(pairs, positions_t1, no_reach, MAX_STEPS, counts)
+        pairs = meeting_pairs(self._first, self._second)
+        _, contacts = self._contacts(pairs, positions_t1, counts)
+        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)
+
+    def update_near(self) -> None:
+        """Find the near pairs of the elements that are marked in the trees; keep all others."""
+        first = self._first.in_lanes()
+        second = first if self._second is self._first else self._second.in_lanes()
+        kept = ~(first[self._near[:, 0]] | second[self._near[:, 1]])
+        pairs = meeting_pairs(self._first, self._second)
+        self._near = np.concatenate((self._near[kept], pairs))
+        self._margins = np.concatenate((self._margins[kept], np.full(len(pairs), -1.0)))
+
+    def update_impacts(self, positions_t1: Positions, moves: Floats, counts: PairCounts) -> None:
+        """Recheck the near pairs whose margin is used up; keep the impacts that did not move.
+
+        Args:
+            positions_t1: (n_vertices, 3) f8 [m], ends of the path.
+            moves: (n_vertices,) f8 [m], how far each vertex ends from where it ended on the
+                previous path, along the axis on which that is farthest, rounded up.
+            counts: The counts to add to.
+        """
+        first = self._first.largest_moves(moves)
+        second = first if self._second is self._first else self._second.largest_moves(moves)
+        self._margins -= np.maximum(first[self._near[:, 0]], second[self._near[:, 1]])
+        due = np.flatnonzero(self._margins < 0.0)
+        self._margins[due], contacts = self._contacts(self._near[due], positions_t1, counts)
         keys, found = self._impacts_of(*contacts, positions_t1)
-        still = ~moved[self.impacts.nodes].any(axis=1)
+        still = ~(moves > 0.0)[self.impacts.nodes].any(axis=1)
         keys = np.concatenate((self._keys[still], keys))
         order = np.argsort(keys)
         self._keys = keys[order]
         self.impacts = join_impacts((self.impacts.take(still), found)).take(order)
 
     def _contacts(
-        self,
-        pairs: Ints,
-        positions_t1: Positions,
-        reach: Floats,
-        max_steps: int,
-        counts: PairCounts,
-    ) -> tuple[Ints, Times, Normals]:
-        """Return the pairs that are not proved apart, their times and their last directions."""
+        self, pairs: Ints, positions_t1: Positions, counts: PairCounts
+    ) -> tuple[Floats, tuple[Ints, Times, Normals]]:
+        """Return the margins of some pairs [m], and the contacts among them.
+
+        The contacts are the pairs that are not proved apart, with their times and their last
+        directions.
+        """
         n = -(-len(pairs) // CHUNK)
         tallies, index = np.empty((n, 3), np.int64), np.empty(len(pairs), np.int64)
         toi, directions = np.empty(len(pairs)), np.empty((len(pairs), 3))
+        margins = np.empty(len(pairs))
         find_contacts(
             range(n),
             scattered(n),
@@ -122,16 +116,15 @@ class NearPairs:
             self._second.tree,
             self._positions_t0,
             positions_t1,
-            reach,
-            max_steps,
             tallies,
             index,
             toi,
             directions,
+            margins,
         )
         counts.add(self._kind, len(pairs), tallies[:, 1].sum(), tallies[:, 2].max(initial=0))
         written = ranges(CHUNK * np.arange(n), tallies[:, 0])
-        return pairs[index[written]], toi[written], directions[written]
+        return margins, (pairs[index[written]], toi[written], directions[written])
 
     def _impacts_of(
         self, pairs: Ints, toi: Times, directions: Normals, positions_t1: Positions

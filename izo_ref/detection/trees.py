@@ -79,6 +79,19 @@ class Elements:
         kernels.flag_moved_lanes(marked, self.tree.nodes, lanes)
         return _unpacked(lanes)
 
+    def largest_moves(self, moves: Floats) -> Floats:
+        """Return how far the vertex of each element moves that moves farthest.
+
+        Args:
+            moves: (n_vertices,) f8 [m].
+
+        Returns:
+            (m,) f8 [m], in the order of the places.
+        """
+        largest = np.empty(len(self.tree.nodes))
+        kernels.compute_largest_moves(moves, self.tree.nodes, largest)
+        return largest
+
     def in_lanes(self) -> Flags:
         """Return whether the element in each place is marked in the tree, (>= m,) b1."""
         return _unpacked(self.tree.lanes[: self.tree.levels[1]])

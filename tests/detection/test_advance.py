@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from izo_ref.detection.formulas.advance import APART, CONTACT, MAX_STEPS, UNDECIDED, advance
+from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED, advance
 from izo_ref.detection.serial.contacts import relative_nodes
-from tests.helpers.contacts import NO_REACH, first_contact
+from tests.helpers.contacts import first_contact
 from tests.helpers.queries import constructed_meetings
 from tests.helpers.steps import load
 from tests.naive.closest import distance
@@ -119,7 +119,7 @@ CASES = {
 def test_degenerate_cases_meet_at_the_known_times(name, scale):
     is_edge_edge, start, end, meets, toi = CASES[name]
     start, end = scale * np.array(start, float), scale * np.array(end, float)
-    status, found, _, _ = first_contact(is_edge_edge, start, end)
+    status, found, *_ = first_contact(is_edge_edge, start, end)
     assert (status != APART) is meets
     if toi is not None:
         assert found == pytest.approx(toi, abs=1e-12)
@@ -176,9 +176,7 @@ def first_contacts(is_edge_edge, start, end):
     for i in range(len(start)):
         a1, a2, a3 = relative_nodes(start[i], nodes)
         b1, b2, b3 = relative_nodes(end[i], nodes)
-        statuses[i], toi[i], _, _ = advance(
-            is_edge_edge, a1, a2, a3, b1, b2, b3, NO_REACH, MAX_STEPS
-        )
+        statuses[i], toi[i], _, _, _ = advance(is_edge_edge, a1, a2, a3, b1, b2, b3)
     return statuses, toi
 
 
@@ -192,26 +190,25 @@ def test_no_exact_meeting_is_missed_and_no_time_comes_late(rng, is_edge_edge):
         assert (toi <= t).all()
 
 
-def test_a_proof_with_reach_holds_for_every_end_within_it(rng):
-    """A pair that is proved apart with a reach stays apart for every end within the reach."""
-    proved, met = 0, 0
-    for _ in range(4000):
-        is_edge_edge = bool(rng.random() < 0.5)
-        start, end = rng.normal(size=(4, 3)), rng.normal(size=(4, 3))
-        end = start + 0.3 * end
-        reach = (10.0 ** rng.uniform(-6, 0)) * rng.random(4)
-        if rng.random() < 0.5:  # one node alone, or the reach of another could hide its own
-            reach = rng.random() * (np.arange(4) == rng.integers(4))
-        reach = tuple(reach)
-        relative = [tuple(p[k] - p[0]) for p in (start, end) for k in (1, 2, 3)]
-        status, _, _, _ = advance(is_edge_edge, *relative, reach, 4)
-        if status != APART:
+@pytest.mark.parametrize("is_edge_edge", [VF, EE])
+def test_a_proof_holds_for_every_end_within_its_margin(rng, is_edge_edge):
+    """The margins of all kinds of proof: axes, the cubic, one direction, and two."""
+    kinds, met = dict.fromkeys(("axes", "cubic", "one", "two"), 0), 0
+    for _ in range(6000):
+        start = rng.normal(size=(4, 3))
+        end = start + rng.choice([0.1, 0.5, 2.0]) * rng.normal(size=(4, 3))
+        status, _, direction, steps, margin = first_contact(is_edge_edge, start, end)
+        assert margin >= 0.0
+        assert status == APART or margin == 0.0
+        if margin == 0.0:
             continue
-        proved += 1
-        for _ in range(8):  # random corners of the boxes in which the nodes may end
-            other = end + np.array(reach)[:, None] * rng.choice([-1.0, 1.0], (4, 3))
+        kinds[("axes", "one" if any(direction) else "cubic", "two")[steps]] += 1
+        for _ in range(4):  # random corners of the boxes in which the nodes may end
+            nodes = rng.random(4) < 0.7
+            other = end + margin * nodes[:, None] * rng.choice([-1.0, 1.0], (4, 3))
             met += path.first_meeting(is_edge_edge, start, other) is not None
-    assert proved > 1000
+    print(kinds)
+    assert min(kinds.values()) > 20
     assert met == 0
 
 
@@ -234,7 +231,7 @@ def test_no_degenerate_query_of_our_own_is_missed(rng):
         queries.names, queries.is_edge_edge, queries.truth, queries.vertices, strict=True
     ):
         start, end = vertices[:4], vertices[4:]
-        status, toi, _, _ = first_contact(bool(is_edge_edge), start, end)
+        status, toi, *_ = first_contact(bool(is_edge_edge), start, end)
         assert status != APART or not truth, f"{name} missed"
         if status == UNDECIDED:
             assert name in DOUBLE_ROOTS
@@ -264,7 +261,7 @@ def test_no_published_query_is_missed_and_every_false_alarm_touches():
     alarms, undecided = {}, 0
     for i, (vertices, truth) in enumerate(zip(data["vertices"], data["truth"], strict=True)):
         start, end = vertices[:4], vertices[4:]
-        status, toi, _, _ = first_contact(bool(is_edge_edge[i]), start, end)
+        status, toi, *_ = first_contact(bool(is_edge_edge[i]), start, end)
         assert status != APART or not truth, f"query {i} missed"
         undecided += status == UNDECIDED
         if status != APART and not truth:

@@ -47,13 +47,12 @@ def find_contacts(
     second: Tree,  # Tree, of faces or edges
     positions_t0: Positions,  # (n_vertices, 3) f8  [m]
     positions_t1: Positions,  # (n_vertices, 3) f8  [m]
-    reach: Floats,  # (n_vertices,) f8  [m], how far from positions_t1 each may end, along each axis
-    max_steps: int,  # i8, steps of proof before a pair is given up, which then counts as a contact
     # Out:
     tallies_out: Indices,  # (n, 3) i8, contacts, steps of all proofs, steps of the longest
     index_out: Indices,  # (n_pairs,) i8, the pair of each contact; chunk c writes from CHUNK * c on
     toi_out: Times,  # (n_pairs,) f8, time until which the contact is proved apart
     directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
+    margins_out: Floats,  # (n_pairs,) f8  [m], how far its vertices may end from positions_t1
 ) -> None:
     """Find the contacts among the pairs of some chunks: those that are not proved apart."""
     k = cuda.grid(1)
@@ -67,11 +66,10 @@ def find_contacts(
             second,
             positions_t0,
             positions_t1,
-            reach,
-            max_steps,
             index_out,
             toi_out,
             directions_out,
+            margins_out,
         )
 
 

@@ -25,7 +25,10 @@ t_next:
 
 * APART: every part of [0, 1] was proved. This is the only way to this answer, so no pair that
   meets is missed.
-* CONTACT: the pair is proved apart until `toi`, and neither proof reaches a later time. Nearly
+* CONTACT: the pair is proved apart until `toi`, and neither proof reaches a later time, or the
+  cubic changes its sign just after `toi` while the closest points are well inside their features,
+  so the sides pass through each other there. Of 24,000 contacts of armadillo-rollers, most end so
+  in their second step; without that end they take 6 or 7. Nearly
   always the pair touches at `toi` as far as rounding can tell: its distance is about 1e-14 of the
   size of a well-shaped pair, and larger for slivers. There is one exception. A vertex that slides
   in the plane of a face just past a corner may be a CONTACT although it stays apart: the squared
@@ -34,7 +37,7 @@ t_next:
   up to 1e-7 of the size were measured, and up to 7e-5 for a face without area, in 14 of 44,400
   constructed pairs (`validation/scenes/queries.py`). Such a pair costs an impact, and no
   correctness.
-* UNDECIDED: `max_steps` steps were not enough. The pair is proved apart until `toi`.
+* UNDECIDED: `MAX_STEPS` steps were not enough. The pair is proved apart until `toi`.
 
 **Rounding of the first proof.** Let u = 2^-53, and let M bound |e_k|_inf at both ends for all k.
 The direction n needs no error: any n is sound, so the computed n is the direction itself. Let h0
@@ -53,21 +56,25 @@ in u^2, are:
 Together these are 36. GAP_ERROR = 48 u leaves room for the terms in u^2, such as the rounding of
 the threshold. `TINY` covers products that underflow.
 
-**Ends that are not known.** Node k may end anywhere within `reach[k]` of p_k(1), along each axis;
-call this reach_k. For such ends the gap of nodes i and j at t = 1 is smaller by at most
-|n|_1 (reach_i + reach_j), and the gap at time t by t times that. So this amount is subtracted from
-h1: what remains is linear in t, and is a lower bound for every end within reach. M is now the
-largest M_k = max(|a_k|_inf, |b_k|_inf) + reach_0 + reach_k. In the units above, the errors of h1
-are:
+**Margin.** A proof also holds for other ends, if they are not far from the given ones. Let every
+node end within r of p_k(1), along each axis; the margin is such an r. The gap of two nodes at t = 1
+then falls by at most 2 r |n|_1, and at time t by t times that, while M grows by at most 2 r, and
+the threshold by 48 u |n|_1 2 r. So a direction that separates the sides on the whole path still
+does, if
 
-    of node i or j          4 u |n|_1 |b_i|_inf for the projection; 4 u |n|_1 reach_i for the
-                            norm, the sum of both reaches and the product; u |n|_1 reach_i
-                            because the reach holds up to a rounding. As
-                            |b_i|_inf + reach_i <= M, at most 5 for each of the two nodes     10
-    two subtractions        the results are at most 2 |n|_1 M: 2 * 2                           4
+    h1 - threshold >= 2 r |n|_1 (1 + 48 u)    and    h0 - threshold >= 48 u |n|_1 2 r
 
-These 14 replace the 10 of the table, which makes 40 in place of 36: still below 48. The tests
-along axes and diagonals need no interpolation and no time, so 14 covers them.
+at the smallest gaps h0 and h1. With r = MARGIN_SHARE * slack / |n|_1, where the slack is the
+smaller one of h1 - threshold and START_SHARE * (h0 - threshold), both hold: MARGIN_SHARE is below
+1/2 by 2^-12, and START_SHARE * 48 u is 2^-27. The same 2^-12 covers the rounding of r, and that of
+the differences by which a caller counts moves. If one direction separates the sides until some
+time, and another one from there on, the gaps of both at this time take the place of h1 and h0. A
+gap at a time between falls by less than 2 r |n|_1.
+
+The cubic has no root on the whole path as long as its coefficients exceed the error by more than
+they change. A column of the determinant changes by at most 2 r. Change one column after the other:
+each change is a determinant whose other columns are at most M_k + 2 r. Proofs in other pieces get a
+margin of zero.
 """
 
 from izo_ref.base.arrays import Vec3, Vec4
@@ -86,6 +93,7 @@ from izo_ref.detection.formulas.coplanar import (
     COEFFICIENT_ERROR,
     TINY,
     bernstein_coefficients,
+    crosses_soon,
     root_free_until,
 )
 from izo_ref.detection.formulas.frame import feature_normal
@@ -98,9 +106,18 @@ GAP_ERROR = 48.0 * 2.0**-53
 # |det(x, y, z)| <= 6 |x|_inf |y|_inf |z|_inf, because it has six terms. The part above 6 covers the
 # rounding of the products.
 REACH_ERROR = 6.0 + 2.0**-40
-# Of the 23,958 contacts of armadillo-rollers, half take at most 5 steps, and 99 % at most 22. One
-# takes all 400.
 MAX_STEPS = 400
+# Largest margin over the slack of the gaps, by |n|_1. See "Margin" above for these two numbers.
+MARGIN_SHARE = 0.5 - 2.0**-12
+START_SHARE = 2.0**20
+# Largest margin that a cubic gives, over the size of the pair. Without a bound, the margin would be
+# the root of a cubic.
+CUBIC_MARGIN = 2.0**-4
+# The second direction of a proof takes over at this fraction of the time that the first one
+# reaches. There both directions still have some slack.
+SWITCH = 0.75
+# A closest point is well inside its face or edge if all of its weights are at least this large.
+INSIDE = 1e-6
 # A shorter step is no progress: t is in [0, 1] and has an error of a few u. Each step also ends
 # earlier by this much, which covers the rounding of `root_free_until`.
 MIN_STEP = 16.0 * 2.0**-53
@@ -130,7 +147,6 @@ def separated_until(
     b1: Vec3,
     b2: Vec3,
     b3: Vec3,
-    reach: Vec4,
     t: float,
     threshold: float,
 ) -> float:
@@ -140,19 +156,16 @@ def separated_until(
     """
     s1, s2, s3 = dot3(n, a1), dot3(n, a2), dot3(n, a3)
     r1, r2, r3 = dot3(n, b1), dot3(n, b2), dot3(n, b3)
-    size = sum_abs3(n)
-    t2 = _gap_until(-s2, -r2 - size * (reach[0] + reach[2]), t, threshold)
-    t3 = _gap_until(-s3, -r3 - size * (reach[0] + reach[3]), t, threshold)
-    until = min(t2, t3)
+    until = min(_gap_until(-s2, -r2, t, threshold), _gap_until(-s3, -r3, t, threshold))
     if is_edge_edge:
-        t12 = _gap_until(s1 - s2, r1 - r2 - size * (reach[1] + reach[2]), t, threshold)
-        t13 = _gap_until(s1 - s3, r1 - r3 - size * (reach[1] + reach[3]), t, threshold)
+        t12 = _gap_until(s1 - s2, r1 - r2, t, threshold)
+        t13 = _gap_until(s1 - s3, r1 - r3, t, threshold)
         return min(until, min(t12, t13))
-    return min(until, _gap_until(-s1, -r1 - size * (reach[0] + reach[1]), t, threshold))
+    return min(until, _gap_until(-s1, -r1, t, threshold))
 
 
 @compiled
-def _apart_along(
+def _slack(
     is_edge_edge: bool,
     s1: float,
     s2: float,
@@ -160,74 +173,27 @@ def _apart_along(
     r1: float,
     r2: float,
     r3: float,
-    size: float,
-    reach: Vec4,
     threshold: float,
-) -> bool:
-    """Return whether a direction n, or -n, separates the sides on the whole path.
+) -> float:
+    """Return the slack of a direction n, or of -n: how much the gap at the end may fall.
 
     s_k and r_k are the projections of nodes 1 to 3 on n at t = 0 and t = 1; those of node 0 are 0.
-    `size` is |n|_1.
+    A slack that is not positive says that neither n nor -n separates the sides on the whole path.
     """
-    e0, e1, e2, e3 = size * reach[0], size * reach[1], size * reach[2], size * reach[3]
     if is_edge_edge:
-        low = min(s2, s3) - max(0.0, s1)
-        low_t1 = min(r2 - e2, r3 - e3) - max(e0, r1 + e1)
-        high = min(0.0, s1) - max(s2, s3)
-        high_t1 = min(-e0, r1 - e1) - max(r2 + e2, r3 + e3)
+        low, low_t1 = min(s2, s3) - max(0.0, s1), min(r2, r3) - max(0.0, r1)
+        high, high_t1 = min(0.0, s1) - max(s2, s3), min(0.0, r1) - max(r2, r3)
     else:
-        low = min(s1, min(s2, s3))
-        low_t1 = min(r1 - e1, min(r2 - e2, r3 - e3)) - e0
-        high = -max(s1, max(s2, s3))
-        high_t1 = -e0 - max(r1 + e1, max(r2 + e2, r3 + e3))
-    return min(low, low_t1) > threshold or min(high, high_t1) > threshold
-
-
-@compiled
-def _apart_along_diagonals(
-    is_edge_edge: bool,
-    i: int,
-    j: int,
-    a1: Vec3,
-    a2: Vec3,
-    a3: Vec3,
-    b1: Vec3,
-    b2: Vec3,
-    b3: Vec3,
-    reach: Vec4,
-    threshold: float,
-) -> bool:
-    """Return whether a diagonal of the plane of axes i and j separates the sides on the path.
-
-    The diagonals are the sum and the difference of the two axes, so |n|_1 = 2.
-    """
-    return _apart_along(
-        is_edge_edge,
-        a1[i] + a1[j],
-        a2[i] + a2[j],
-        a3[i] + a3[j],
-        b1[i] + b1[j],
-        b2[i] + b2[j],
-        b3[i] + b3[j],
-        2.0,
-        reach,
-        threshold,
-    ) or _apart_along(
-        is_edge_edge,
-        a1[i] - a1[j],
-        a2[i] - a2[j],
-        a3[i] - a3[j],
-        b1[i] - b1[j],
-        b2[i] - b2[j],
-        b3[i] - b3[j],
-        2.0,
-        reach,
-        threshold,
+        low, low_t1 = min(s1, min(s2, s3)), min(r1, min(r2, r3))
+        high, high_t1 = -max(s1, max(s2, s3)), -max(r1, max(r2, r3))
+    return max(
+        min(START_SHARE * (low - threshold), low_t1 - threshold),
+        min(START_SHARE * (high - threshold), high_t1 - threshold),
     )
 
 
 @compiled
-def advance(
+def _axes_margin(
     is_edge_edge: bool,
     a1: Vec3,
     a2: Vec3,
@@ -235,9 +201,200 @@ def advance(
     b1: Vec3,
     b2: Vec3,
     b3: Vec3,
-    reach: Vec4,
-    max_steps: int,
-) -> tuple[int, float, Vec3, int]:
+    gap_error: float,
+) -> float:
+    """Return the largest margin of the three axes and of the diagonals of their planes.
+
+    The diagonals are the sum and the difference of two axes, so |n|_1 = 2. They are tried only if
+    no axis separates the sides. The result is not positive if no direction separates them.
+    """
+    slack = -1.0
+    for k in range(3):
+        s = _slack(is_edge_edge, a1[k], a2[k], a3[k], b1[k], b2[k], b3[k], gap_error + TINY)
+        slack = max(slack, s)
+    if slack > 0.0:
+        return MARGIN_SHARE * slack
+    for i in range(3):
+        j = (i + 1) % 3
+        slack = max(
+            slack,
+            max(
+                _slack(
+                    is_edge_edge,
+                    a1[i] + a1[j],
+                    a2[i] + a2[j],
+                    a3[i] + a3[j],
+                    b1[i] + b1[j],
+                    b2[i] + b2[j],
+                    b3[i] + b3[j],
+                    2.0 * gap_error + TINY,
+                ),
+                _slack(
+                    is_edge_edge,
+                    a1[i] - a1[j],
+                    a2[i] - a2[j],
+                    a3[i] - a3[j],
+                    b1[i] - b1[j],
+                    b2[i] - b2[j],
+                    b3[i] - b3[j],
+                    2.0 * gap_error + TINY,
+                ),
+            ),
+        )
+    return 0.5 * MARGIN_SHARE * slack
+
+
+@compiled
+def _margin_of_one(
+    is_edge_edge: bool,
+    n: Vec3,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    threshold: float,
+) -> float:
+    """Return the margin of a direction n that separates the sides on the whole path."""
+    s1, s2, s3 = dot3(n, a1), dot3(n, a2), dot3(n, a3)
+    r1, r2, r3 = dot3(n, b1), dot3(n, b2), dot3(n, b3)
+    slack = _slack(is_edge_edge, s1, s2, s3, r1, r2, r3, threshold)
+    return max(0.0, MARGIN_SHARE * slack / sum_abs3(n))
+
+
+@compiled
+def _gap_at(
+    is_edge_edge: bool,
+    n: Vec3,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    t: float,
+) -> float:
+    """Return the smallest gap along n between a node of the first side and one of the second."""
+    s1 = (1.0 - t) * dot3(n, a1) + t * dot3(n, b1)
+    s2 = (1.0 - t) * dot3(n, a2) + t * dot3(n, b2)
+    s3 = (1.0 - t) * dot3(n, a3) + t * dot3(n, b3)
+    if is_edge_edge:
+        return min(0.0, s1) - max(s2, s3)
+    return -max(s1, max(s2, s3))
+
+
+@compiled
+def _margin_of_two(
+    is_edge_edge: bool,
+    p: Vec3,
+    n: Vec3,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    t: float,
+    gap_error: float,
+) -> float:
+    """Return the margin of a direction p that separates the sides until t, and n from there on."""
+    size, threshold = sum_abs3(p), gap_error * sum_abs3(p) + TINY
+    slack = min(
+        START_SHARE * (_gap_at(is_edge_edge, p, a1, a2, a3, b1, b2, b3, 0.0) - threshold),
+        _gap_at(is_edge_edge, p, a1, a2, a3, b1, b2, b3, t) - threshold,
+    )
+    margin = MARGIN_SHARE * slack / size
+    size, threshold = sum_abs3(n), gap_error * sum_abs3(n) + TINY
+    slack = min(
+        _gap_at(is_edge_edge, n, a1, a2, a3, b1, b2, b3, t),
+        _gap_at(is_edge_edge, n, a1, a2, a3, b1, b2, b3, 1.0),
+    )
+    return max(0.0, min(margin, MARGIN_SHARE * (slack - threshold) / size))
+
+
+@compiled
+def _cubic_margin(low: float, m1: float, m2: float, m3: float) -> float:
+    """Return the margin of a cubic whose absolute value is at least `low` on the whole path.
+
+    m_k bounds |e_k|_inf, and the largest of them is at most 1.
+    """
+    m1, m2, m3 = m1 + 2.0 * CUBIC_MARGIN, m2 + 2.0 * CUBIC_MARGIN, m3 + 2.0 * CUBIC_MARGIN
+    slack = low - COEFFICIENT_ERROR * (m1 * m2 * m3) - TINY
+    change = 2.0 * REACH_ERROR * (m2 * m3 + m1 * m3 + m1 * m2)
+    return max(0.0, min(CUBIC_MARGIN, (1.0 - 2.0**-40) * slack / change))
+
+
+@compiled
+def _is_inside(is_edge_edge: bool, weights: Vec4) -> bool:
+    """Return whether both closest points are well inside their face or edges."""
+    largest = max(weights[1], max(weights[2], weights[3]))
+    if is_edge_edge:
+        return min(weights[0], weights[1]) > INSIDE and max(weights[2], weights[3]) < -INSIDE
+    return largest < -INSIDE
+
+
+@compiled
+def _first_contact(
+    is_edge_edge: bool,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    gap_error: float,
+    cubic: Vec4,
+    cubic_error: float,
+) -> tuple[int, float, Vec3, int, float]:
+    """Prove a pair of a size near 1 apart, piece by piece; return what `advance` returns."""
+    direction = (0.0, 0.0, 0.0)
+    first, first_until = direction, 0.0  # the direction of the first step, and its time
+    t = 0.0
+    for step in range(1, MAX_STEPS + 1):
+        q1, q2, q3 = lerp3(a1, b1, t), lerp3(a2, b2, t), lerp3(a3, b3, t)
+        weights = pair_weights(is_edge_edge, q1, q2, q3)
+        if step > 1 and _is_inside(is_edge_edge, weights) and crosses_soon(cubic, t, cubic_error):
+            return CONTACT, t, direction, step, 0.0
+        n = unit3(weighted_sum(weights, q1, q2, q3))
+        threshold = gap_error * sum_abs3(n) + TINY
+        until = separated_until(is_edge_edge, n, a1, a2, a3, b1, b2, b3, t, threshold)
+        if until >= 0.0:
+            direction = n
+        if not until > 1.0:
+            m = feature_normal(is_edge_edge, weights, q1, q2, q3, n)
+            threshold = gap_error * sum_abs3(m) + TINY
+            until_m = separated_until(is_edge_edge, m, a1, a2, a3, b1, b2, b3, t, threshold)
+            if until_m > until:
+                until = until_m
+                direction = m
+        if until > 1.0:
+            margin = 0.0
+            if step == 1:
+                margin = _margin_of_one(is_edge_edge, direction, a1, a2, a3, b1, b2, b3, threshold)
+            elif step == 2 and first_until > 0.0:
+                switch = SWITCH * first_until
+                margin = _margin_of_two(
+                    is_edge_edge, first, direction, a1, a2, a3, b1, b2, b3, switch, gap_error
+                )
+            return APART, 1.0, direction, step, margin
+        if step == 1:
+            first, first_until = direction, until
+        until = max(until, root_free_until(cubic, t, cubic_error))
+        if until > 1.0:
+            return APART, 1.0, direction, step, 0.0
+        # the proofs hold up to here; rounded down so that they hold for the float too
+        until -= MIN_STEP
+        if not until > t + MIN_STEP:
+            return CONTACT, t, direction, step, 0.0
+        t = until
+    return UNDECIDED, t, direction, MAX_STEPS, 0.0
+
+
+@compiled
+def advance(
+    is_edge_edge: bool, a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3
+) -> tuple[int, float, Vec3, int, float]:
     """Prove a pair apart on its path, or find its first contact.
 
     Args:
@@ -248,79 +405,40 @@ def advance(
         b1: Node 1 relative to node 0 at t = 1.
         b2: Node 2 relative to node 0 at t = 1.
         b3: Node 3 relative to node 0 at t = 1.
-        reach: How far from its given end position each of the nodes 0 to 3 may end, along each
-            axis. APART then holds for all such end positions. The other results have a meaning for
-            a reach of zero only.
-        max_steps: Number of steps after which the pair is given up as UNDECIDED.
 
     Returns:
         The status, APART, CONTACT or UNDECIDED; the time of impact in [0, 1], until which the pair
         is proved apart; the last direction that separated the sides, which points from the second
-        side to the first, or zero; and the number of steps.
+        side to the first, or zero; the number of steps; and the margin: a pair that is APART stays
+        so if each node ends elsewhere by at most this much along each axis.
     """
-    e1, e2, e3 = reach[0] + reach[1], reach[0] + reach[2], reach[0] + reach[3]
-    m1 = max(max_abs3(a1), max_abs3(b1)) + e1
-    m2 = max(max_abs3(a2), max_abs3(b2)) + e2
-    m3 = max(max_abs3(a3), max_abs3(b3)) + e3
+    m1 = max(max_abs3(a1), max_abs3(b1))
+    m2 = max(max_abs3(a2), max_abs3(b2))
+    m3 = max(max_abs3(a3), max_abs3(b3))
     gap_error = GAP_ERROR * max(m1, max(m2, m3))
     # The relative motion is mostly small, however far the pair travels. So the axes, along which
-    # the boxes were compared, and the diagonals of their planes, |n|_1 = 2, settle most pairs with
-    # next to no product. Without the diagonals armadillo-rollers takes 993,475 proofs, with them
-    # 449,144, which its certificate counts.
-    for k in range(3):
-        if _apart_along(
-            is_edge_edge, a1[k], a2[k], a3[k], b1[k], b2[k], b3[k], 1.0, reach, gap_error + TINY
-        ):
-            return APART, 1.0, (0.0, 0.0, 0.0), 0
-    for k in range(3):
-        if _apart_along_diagonals(
-            is_edge_edge, k, (k + 1) % 3, a1, a2, a3, b1, b2, b3, reach, 2.0 * gap_error + TINY
-        ):
-            return APART, 1.0, (0.0, 0.0, 0.0), 0
+    # the boxes were compared, and the diagonals of their planes, settle most pairs with next to no
+    # product. Without the diagonals armadillo-rollers takes 993,475 proofs, with them 449,144,
+    # which its certificate counts.
+    margin = _axes_margin(is_edge_edge, a1, a2, a3, b1, b2, b3, gap_error)
+    if margin > 0.0:
+        return APART, 1.0, (0.0, 0.0, 0.0), 0, margin
     # Scale the pair by a power of two to a size near 1. This is exact, except for entries that
     # underflow, which TINY covers. Products then neither overflow nor vanish.
     size = power_of_two_for(max(m1, max(m2, m3)))
     a1, a2, a3 = scale3(size, a1), scale3(size, a2), scale3(size, a3)
     b1, b2, b3 = scale3(size, b1), scale3(size, b2), scale3(size, b3)
     m1, m2, m3, gap_error = size * m1, size * m2, size * m3, size * gap_error
-    e1, e2, e3 = size * e1, size * e2, size * e3
-    reach = (size * reach[0], size * reach[1], size * reach[2], size * reach[3])
     cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + TINY
-    # An end within reach changes column k of the determinant by at most e_k. Change one column
-    # after the other: each change is a determinant whose other columns are at most m_k.
-    cubic_error += REACH_ERROR * (e1 * m2 * m3 + m1 * e2 * m3 + m1 * m2 * e3)
     # a pair that is never coplanar needs no closest points
     cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)
-    low = min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3]))
-    high = max(max(cubic[0], cubic[1]), max(cubic[2], cubic[3]))
-    if low > cubic_error or high < -cubic_error:
-        return APART, 1.0, (0.0, 0.0, 0.0), 1
-    direction = (0.0, 0.0, 0.0)
-    t = 0.0
-    for step in range(1, max_steps + 1):
-        q1, q2, q3 = lerp3(a1, b1, t), lerp3(a2, b2, t), lerp3(a3, b3, t)
-        weights = pair_weights(is_edge_edge, q1, q2, q3)
-        n = unit3(weighted_sum(weights, q1, q2, q3))
-        threshold = gap_error * sum_abs3(n) + TINY
-        until = separated_until(is_edge_edge, n, a1, a2, a3, b1, b2, b3, reach, t, threshold)
-        if until > 1.0:
-            return APART, 1.0, n, step
-        if until >= 0.0:
-            direction = n
-        m = feature_normal(is_edge_edge, weights, q1, q2, q3, n)
-        threshold = gap_error * sum_abs3(m) + TINY
-        until_m = separated_until(is_edge_edge, m, a1, a2, a3, b1, b2, b3, reach, t, threshold)
-        if until_m > 1.0:
-            return APART, 1.0, m, step
-        if until_m > until:
-            until = until_m
-            direction = m
-        until = max(until, root_free_until(cubic, t, cubic_error))
-        if until > 1.0:
-            return APART, 1.0, direction, step
-        # the proofs hold up to here; rounded down so that they hold for the float too
-        until -= MIN_STEP
-        if not until > t + MIN_STEP:
-            return CONTACT, t, direction, step
-        t = until
-    return UNDECIDED, t, direction, max_steps
+    low = max(
+        min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3])),
+        -max(max(cubic[0], cubic[1]), max(cubic[2], cubic[3])),
+    )
+    if low > cubic_error:
+        return APART, 1.0, (0.0, 0.0, 0.0), 1, _cubic_margin(low, m1, m2, m3) / size
+    status, toi, direction, steps, margin = _first_contact(
+        is_edge_edge, a1, a2, a3, b1, b2, b3, gap_error, cubic, cubic_error
+    )
+    return status, toi, direction, steps, margin / size

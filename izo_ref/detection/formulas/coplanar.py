@@ -42,6 +42,12 @@ TINY = 1e-300
 # Rounds of Bezier clipping. Each squares the distance to a simple root, so four or five suffice;
 # the next step of `advance` continues at the time that they reach.
 CLIPS = 6
+# Steps of Newton's method to a root before clipping is tried. A root that they find takes 0.13 us,
+# and clipping 0.2.
+NEWTON_STEPS = 6
+NEWTON_TOLERANCE = 1e-12
+# A cubic that changes its sign within this time is taken to change it now.
+SOON = 1e-9
 
 
 @compiled
@@ -101,15 +107,39 @@ def hull_root_bound(c: Vec4, sign: float, error: float) -> float:
 
 
 @compiled
+def newton_root(c: Vec4, sign: float, error: float) -> float:
+    """Return a time at which the cubic, times `sign`, falls to 2 `error`; 2 if none is found.
+
+    This is where Newton's method from time 0 ends. It need not be the first such time.
+    """
+    c0 = sign * c[0] - 2.0 * error
+    c1 = 3.0 * sign * (c[1] - c[0])
+    c2 = 3.0 * sign * (c[2] - 2.0 * c[1] + c[0])
+    c3 = sign * (c[3] - c[0] + 3.0 * (c[1] - c[2]))
+    x = 0.0
+    for _ in range(NEWTON_STEPS):
+        slope = c1 + x * (2.0 * c2 + 3.0 * x * c3)
+        change = (c0 + x * (c1 + x * (c2 + x * c3))) / slope
+        x -= change
+        if abs(change) < NEWTON_TOLERANCE:
+            return x
+    return 2.0
+
+
+@compiled
 def root_free_until(c: Vec4, t: float, error: float) -> float:
     """Return a time, not before t, such that the cubic has no root between t and this time.
 
     The result is 2 if the cubic has no root from t to 1. It is t if nothing is proved.
 
-    Each round clips the hull in a window that begins at the time reached so far. The first window
-    ends at 1. Each later window is twice as long as the distance to the root that one step of
-    Newton's method gives; it ends at 1 if that is nearer, or if there is no such root. In a short
-    window the cubic is nearly straight, so the hull is nearly the graph.
+    At first the time that Newton's method finds is tried: the cubic has no root before it if all
+    coefficients up to there have the sign at t. They are those of a subdivided part of a
+    subdivision, as below.
+
+    Otherwise each round clips the hull in a window that begins at the time reached so far. The
+    first window ends at 1. Each later window is twice as long as the distance to the root that one
+    step of Newton's method gives; it ends at 1 if that is nearer, or if there is no such root. In a
+    short window the cubic is nearly straight, so the hull is nearly the graph.
 
     Rounding of the time: `low` is the time reached so far. A round computes it with an error of
     less than 16 u, so a root may lie in the sliver between the exact time and `low`. This root is
@@ -126,6 +156,11 @@ def root_free_until(c: Vec4, t: float, error: float) -> float:
     low = t
     _, rest = split(c, low)
     sign = 1.0 if rest[0] > 0.0 else -1.0
+    x = newton_root(rest, sign, error)
+    if 0.0 < x < 1.0:
+        head, _ = split(rest, x)
+        if min(min(sign * head[0], sign * head[1]), min(sign * head[2], sign * head[3])) > error:
+            return low + x * (1.0 - low)
     window = 1.0
     for _ in range(CLIPS):
         head, _ = split(rest, window)
@@ -140,3 +175,18 @@ def root_free_until(c: Vec4, t: float, error: float) -> float:
         newton = rest[0] / (3.0 * (rest[0] - rest[1]))
         window = min(1.0, 2.0 * newton) if newton > 0.0 else 1.0
     return low
+
+
+@compiled
+def crosses_soon(c: Vec4, t: float, error: float) -> bool:
+    """Return whether the cubic certainly changes its sign within SOON after t.
+
+    The cubic is evaluated where its tangent at t says that it is beyond zero by twice its error.
+    """
+    _, rest = split(c, t)
+    slope = 3.0 * (rest[1] - rest[0])
+    step = (abs(rest[0]) + 2.0 * error) / abs(slope)
+    if not (step * (1.0 - t) < SOON and step < 1.0 and (rest[0] > 0.0) != (slope > 0.0)):
+        return False
+    _, after = split(rest, step)
+    return after[0] < -error if rest[0] > 0.0 else after[0] > error

@@ -76,12 +76,12 @@ def contacts_of_pairs(
     second: Tree,  # of faces or edges
     positions_t0: Positions,  # (n_vertices, 3) f8 [m]
     positions_t1: Positions,  # (n_vertices, 3) f8 [m]
-    reach: Floats,  # (n_vertices,) f8 [m], how far from positions_t1 each may end, along each axis
-    max_steps: int,  # steps of proof before a pair is given up, which then counts as a contact
     # Out:
     index_out: Indices,  # (n_pairs,) i8, the pair of each contact
     toi_out: Times,  # (n_pairs,) f8, time until which it is proved apart
     directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
+    margins_out: Floats,  # (n_pairs,) f8 [m], of each pair: as far from positions_t1, along each
+    # axis, its vertices may end while it stays apart; 0 for a contact
 ) -> tuple[int, int, int]:
     """Find the contacts among some pairs: those that are not proved apart.
 
@@ -99,10 +99,8 @@ def contacts_of_pairs(
         )
         a1, a2, a3 = relative_nodes(positions_t0, nodes)
         b1, b2, b3 = relative_nodes(positions_t1, nodes)
-        within = (reach[nodes[0]], reach[nodes[1]], reach[nodes[2]], reach[nodes[3]])
-        status, toi, direction, steps = advance(
-            is_edge_edge, a1, a2, a3, b1, b2, b3, within, max_steps
-        )
+        status, toi, direction, steps, margin = advance(is_edge_edge, a1, a2, a3, b1, b2, b3)
+        margins_out[i] = margin
         proofs += steps
         most = max(most, steps)
         if status == APART:
