@@ -46,7 +46,7 @@ class Options:
             iterations.
         max_iterations: Largest number of detections of the main loop before zones are scaled back.
             ARCSim allows 100; the steps on which this was developed take 2 to 50.
-        relinearize: Largest number of rounds in which the active impacts get new normals and
+        relinearize: Largest number of rounds in which the tight impacts get new normals and
             weights at the answer (docs/method section 6). 0 switches these rounds off.
         relinearize_gain: Smallest fraction by which a round has to lower the objective to be
             followed by another round.

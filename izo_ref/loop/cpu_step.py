@@ -26,7 +26,7 @@ from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.selection import select_impacts
-from izo_ref.zones.serial.selection import prescribed_impacts
+from izo_ref.zones.serial.selection import prescribed_impacts, tight_impacts
 from izo_ref.zones.system import zone_system
 
 # positions, impacts, multipliers, active, stuck
@@ -81,13 +81,16 @@ class CpuStep(Step):
         self.stuck = np.zeros(len(self.scene.pinned), bool)
 
     def relinearize(self) -> None:
-        """Go back to the proposed positions with the active impacts, linearized anew."""
-        kept = self.impacts.take(self.active)
+        """Go back to the proposed positions with the tight impacts, linearized anew."""
+        tight = np.empty(self.n_impacts, bool)
+        own = self.impacts
+        tight_impacts(self.positions, own.nodes, own.weights, own.normals, self._thickness, tight)
+        kept = own.take(tight)
         weights, normals = np.empty_like(kept.weights), np.empty_like(kept.normals)
         kernels.compute_closest_frames(
             self.positions, kept.nodes, kept.is_edge_edge, weights, normals
         )
-        self.begin(kept._replace(weights=weights, normals=normals), self.multipliers[self.active])
+        self.begin(kept._replace(weights=weights, normals=normals), self.multipliers[tight])
 
     def save(self) -> State:
         """Return the state that `restore` takes."""

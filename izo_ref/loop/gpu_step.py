@@ -83,8 +83,12 @@ class GpuStep(Step):
         self.stuck = full(self._n, False, np.bool_)
 
     def relinearize(self) -> None:
-        """Go back to the proposed positions with the active impacts, linearized anew."""
-        index = flatnonzero(self.active)
+        """Go back to the proposed positions with the tight impacts, linearized anew."""
+        own, tight = self.impacts, empty(self.n_impacts, np.bool_)
+        kernels.flag_tight_impacts[self.n_impacts](
+            self.positions, own.nodes, own.weights, own.normals, self._thickness, tight
+        )
+        index = flatnonzero(tight)
         kept, n = take_impacts(self.impacts, index), index.shape[0]
         weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
         frames.compute_closest_frames[n](

@@ -181,6 +181,14 @@ ZONE = [
         ),
     ),
     Fault(
+        "tight-only-with-slack",
+        "izo_ref/zones/serial/selection.py",
+        "    return gap <= thickness * (1.0 + TIGHT)\n",
+        "    return gap < thickness * (1.0 - TIGHT)\n",
+        "Impacts at the thickness count as slack, so a round with new normals drops all of them.",
+        ("tests/zones/test_selection.py::test_tight_impacts_are_those_without_slack",),
+    ),
+    Fault(
         "selection-by-one-new-vertex",
         "izo_ref/zones/serial/selection.py",
         "            selected_out[j] = n_new == n_unpinned\n",
