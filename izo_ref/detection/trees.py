@@ -66,19 +66,6 @@ class Elements:
             vertex_moved, vertex_boxes, tree.nodes, tree.levels, tree.lanes, tree.blocks
         )
 
-    def with_vertex(self, marked: Flags) -> Flags:
-        """Return whether the element in each place has a marked vertex.
-
-        Args:
-            marked: (n_vertices,) b1.
-
-        Returns:
-            (>= m,) b1; places behind the last element are False.
-        """
-        lanes = np.empty(self.tree.levels[1], np.uint8)
-        kernels.flag_moved_lanes(marked, self.tree.nodes, lanes)
-        return _unpacked(lanes)
-
     def largest_moves(self, moves: Floats) -> Floats:
         """Return how far the vertex of each element moves that moves farthest.
 

@@ -24,7 +24,7 @@ def test_certain_meetings_are_true_and_few_meetings_stay_uncertain(rng):
     for _ in range(3000):
         is_edge_edge = bool(rng.integers(2))
         start, end = 10.0 ** rng.integers(-3, 3) * rng.normal(size=(2, 4, 3)) + rng.normal(size=3)
-        status, toi, _, _ = first_contact(is_edge_edge, start, end)
+        status, toi, *_ = first_contact(is_edge_edge, start, end)
         if status == APART:
             continue
         time = first_meeting(is_edge_edge, start, end)
