@@ -294,9 +294,10 @@ def _add_studies(commands: "Subparsers") -> None:
     text = "measure speed on the CPU or on a GPU, and write a page"
     sub = commands.add_parser("study", help=text, description=text)
     studies = sub.add_subparsers(required=True, metavar="STUDY")
-    help_ = "detection, whole steps, what each rule of the plan saves, cold start, size: speed/"
+    help_ = "detection, whole steps, deep contact, the next step, what rules save, size: speed/"
     sub = _add(studies, "speed", _speed, help_)
-    sub.add_argument("--only", choices=("detection", "resolve", "ablation", "cold", "scale"))
+    parts = ("detection", "resolve", "deep", "next", "ablation", "cold", "scale")
+    sub.add_argument("--only", choices=parts)
     _add_report(sub)
     help_ = "what kernels need of a GPU; with a GPU, its results and times next to the CPU: cuda/"
     sub = _add(studies, "cuda", _cuda, help_)

@@ -5,22 +5,22 @@ from typing import Any
 
 import numpy as np
 
+from validation.report import speed_steps
 from validation.report.catalogue import Headline
 from validation.report.speed_notes import NOTES
-from validation.report.tables import NOT_MEASURED, run_table, table, write_page
+from validation.report.tables import NOT_MEASURED, met, run_table, section, table, write_page
 from validation.rows import Columns, Row, read, runs_of
-from validation.study.speed import BOTH, LBVH, OWN
+from validation.study.speed_detection import OWN
 
-PARTS = ("detection", "resolve", "ablation", "cold", "scale")
-PEER = "ARCSim 0.2.1"
+PARTS = ("detection", "resolve", "deep", "next", "ablation", "cold", "scale")
 MEBIBYTE_KB = 1048.576  # kB in a MiB
-# What is wanted: ratios to others, and the exponent of time against triangles.
-LBVH_RATIO, BOTH_RATIO, CPU_RATIO, OBJECTIVE_RATIO, EXPONENT = 1.0, 0.15, 0.1, 0.985, 1.1
+EXPONENT = 1.1  # of time against triangles, which is wanted
 INTRO = (
     "Measured by `python -m validation study speed`. Seconds are of a wall clock unless a heading "
     "says CPU. Each is the median of five runs, after one run that does not count; a row says if "
-    "it has fewer runs. Both sides of a ratio were measured in turn in one run of the study. Times "
-    "do not include compiling, except under Cold start."
+    "it has fewer runs. Both sides of a ratio were measured in turn in one run of the study; the "
+    "times of ARCSim were not, and are scaled. Times do not include compiling, except under Cold "
+    "start."
 )
 
 
@@ -40,10 +40,13 @@ def page(rows_folder: Path, output: Path) -> Path:
         "# Speed, and what a scene does not need",
         INTRO,
         run_table(made),
-        _detection(rows["detection"]),
-        _whole_steps(rows["resolve"]),
+        speed_steps.detection(rows["detection"]),
+        speed_steps.whole_steps(rows["resolve"]),
         _threads(rows["detection"], rows["resolve"]),
         _stages(rows["resolve"]),
+        speed_steps.deep(rows["deep"]),
+        speed_steps.rounds(rows["resolve"], rows["deep"]),
+        speed_steps.next_step(rows["next"]),
         _ablation(rows["ablation"], [row["step"] for row in rows["resolve"]]),
         _cold_start(rows["cold"]),
         _sizes(rows["scale"]),
@@ -54,19 +57,7 @@ def page(rows_folder: Path, output: Path) -> Path:
 
 def headlines(rows_folder: Path) -> list[Headline]:
     """Return the figures that stand for this report; an empty list if it was not measured."""
-    found = []
-    compared = _compared(read(rows_folder, "resolve"))
-    if compared:
-        ratios = [row["cpu_ratio"] for row in compared]
-        found.append(
-            Headline(
-                f"CPU time of a whole step over {PEER}'s",
-                f"{_geometric_mean(ratios):.3g}",
-                f"Geometric mean over {len(ratios)} steps on one thread, from {min(ratios):.2g} to "
-                f"{max(ratios):.2g}. {PEER}'s times were recorded before, on a machine of the same "
-                "kind.",
-            )
-        )
+    found = speed_steps.headlines(read(rows_folder, "resolve"))
     sizes = _finished(read(rows_folder, "scale"))
     if sizes:
         largest = max(sizes, key=lambda row: (row["triangles"], row["threads"]))
@@ -82,101 +73,6 @@ def headlines(rows_folder: Path) -> list[Headline]:
     return found
 
 
-def _met(value: float, limit: float) -> str:
-    """Return a value, and whether it is as low as wanted."""
-    return f"{value:.3g} {'met' if value <= limit else 'MISSED'}"
-
-
-def _geometric_mean(values: list[float]) -> float:
-    return float(np.exp(np.mean(np.log(values))))
-
-
-def _section(heading: str, intro: str, columns: Columns, rows: list[Row]) -> str:
-    """Return a section with one table; if there are no rows, it says so."""
-    if not rows:
-        return f"## {heading}\n\n{NOT_MEASURED}"
-    return f"## {heading}\n\n{intro}\n\n{table(columns, rows)}"
-
-
-def _detection(rows: list[Row]) -> str:
-    by_key = {(row["step"], row["what"], row["threads"]): row for row in rows}
-    lines = []
-    for step in dict.fromkeys(row["step"] for row in rows):
-        most = max(row["threads"] for row in rows if row["step"] == step)
-        own, lbvh, both = (by_key[step, what, most] for what in (OWN, LBVH, BOTH))
-        lines.append(
-            {
-                "step": step,
-                "threads": most,
-                "own": own["median_s"],
-                "lbvh": lbvh["median_s"],
-                "both": both["median_s"],
-                "over_lbvh": _met(own["median_s"] / lbvh["median_s"], LBVH_RATIO),
-                "over_both": _met(own["median_s"] / both["median_s"], BOTH_RATIO),
-                "impacts": own["found"],
-                "candidates": lbvh["found"],
-            }
-        )
-    columns: Columns = {
-        "step": "step",
-        "threads": "threads",
-        "all impacts, izo_ref [s]": "own",
-        "LBVH candidates, ipctk [s]": "lbvh",
-        "with step size [s]": "both",
-        f"over LBVH (wanted {LBVH_RATIO:g})": "over_lbvh",
-        f"over both (wanted {BOTH_RATIO:g})": "over_both",
-        "impacts": "impacts",
-        "LBVH candidates": "candidates",
-    }
-    intro = (
-        "izo_ref finds all impacts of a step: it builds trees, finds pairs and computes their "
-        "frames. ipctk lists its candidate pairs with LBVH; with step size, it also computes one "
-        "step size by Tight Inclusion."
-    )
-    return _section("Detection", intro, columns, lines)
-
-
-def _compared(rows: list[Row]) -> list[Row]:
-    """Return the steps on one thread, each with its ratios to the peer."""
-    return [
-        row
-        | {
-            "cpu_ratio": row["cpu_s"] / row["arcsim_cpu_s"],
-            "objective_ratio": None
-            if row["obstacle_moved"]
-            else row["objective"] / row["arcsim_objective"],
-        }
-        for row in rows
-        if row["threads"] == 1
-    ]
-
-
-def _whole_steps(rows: list[Row]) -> str:
-    lines = _compared(rows)
-    columns: Columns = {
-        "step": "step",
-        "triangles": "triangles",
-        "izo_ref [CPU s]": "cpu_s",
-        "ARCSim, recorded [CPU s]": "arcsim_cpu_s",
-        f"ratio (wanted {CPU_RATIO:g})": lambda row: _met(row["cpu_ratio"], CPU_RATIO),
-        "objective over ARCSim's": "objective_ratio",
-        "status": "status",
-        "runs": "repeats",
-    }
-    intro = ""
-    if lines:
-        cpu = _geometric_mean([row["cpu_ratio"] for row in lines])
-        ratios = [row["objective_ratio"] for row in lines if row["objective_ratio"] is not None]
-        objective = _met(_geometric_mean(ratios), OBJECTIVE_RATIO)
-        intro = (
-            f"All times are on one thread. The CPU time of {PEER} was not measured in this run: it "
-            "was recorded before, on a machine of the same kind. Where ARCSim moved an obstacle, "
-            "its objective belongs to another problem and is not compared. Geometric means: CPU "
-            f"{cpu:.3g}, objective {objective} (wanted {OBJECTIVE_RATIO:g})."
-        )
-    return _section("Whole steps", intro, columns, lines)
-
-
 def _threads(detection: list[Row], whole: list[Row]) -> str:
     lines = []
     for what, rows in (("detection", detection), ("whole step", whole)):
@@ -187,7 +83,7 @@ def _threads(detection: list[Row], whole: list[Row]) -> str:
                 lines.append({"step": step, "what": what, "gain": times[step, 1] / times[step, 2]})
     columns: Columns = {"step": "step", "what": "what", "two threads are faster by": "gain"}
     intro = "Wanted: a factor of 1.7 on steps with more than 50k triangles."
-    return _section("Two threads", intro, columns, lines)
+    return section("Two threads", intro, columns, lines)
 
 
 def _stages(rows: list[Row]) -> str:
@@ -205,7 +101,7 @@ def _stages(rows: list[Row]) -> str:
         "detections": "iterations",
     }
     intro = "Seconds of each stage of a whole step."
-    return _section("Where the time goes", intro, columns, rows)
+    return section("Where the time goes", intro, columns, rows)
 
 
 def _ablation(rows: list[Row], steps: list[str]) -> str:
@@ -252,7 +148,7 @@ def _cold_start(rows: list[Row]) -> str:
         "Each run is a new process; the bytecode is on the disk. Wanted: 0.3 s above an empty "
         "Python for the import, 20 s for the first step, 1.5 s for a step after it."
     )
-    return _section("Cold start", intro, columns, rows)
+    return section("Cold start", intro, columns, rows)
 
 
 def _finished(rows: list[Row]) -> list[Row]:
@@ -279,7 +175,7 @@ def _sizes(rows: list[Row]) -> str:
         own = [row for row in lines if row["threads"] == count]
         triangles = np.log([row["triangles"] for row in own])
         slope = np.polyfit(triangles, np.log([row["total_s"] for row in own]), 1)[0]
-        exponents.append(f"{_met(float(slope), EXPONENT)} on {count} threads")
+        exponents.append(f"{met(float(slope), EXPONENT)} on {count} threads")
     columns: Columns = {
         "triangles": "triangles",
         "threads": "threads",
@@ -294,4 +190,4 @@ def _sizes(rows: list[Row]) -> str:
         f"triangles in 60 s and 3 GB, an exponent of {EXPONENT:g}, 1.5 kB a triangle. Exponent of "
         f"time over all sizes (wanted {EXPONENT:g}): {', '.join(exponents)}."
     )
-    return _section("Size", intro, columns, lines)
+    return section("Size", intro, columns, lines)

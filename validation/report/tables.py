@@ -50,6 +50,20 @@ def table(columns: Columns, rows: Iterable[Row]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def section(heading: str, intro: str, columns: Columns, rows: list[Row]) -> str:
+    """Return a section with one table; if there are no rows, it says so."""
+    if not rows:
+        return f"## {heading}\n\n{NOT_MEASURED}"
+    return f"## {heading}\n\n{intro}\n\n{table(columns, rows)}"
+
+
+def met(value: float | None, limit: float) -> str:
+    """Return a value, and whether it is as low as wanted; an empty string for None."""
+    if value is None:
+        return ""
+    return f"{value:.3g} {'met' if value <= limit else 'MISSED'}"
+
+
 def cell_text(value: Any) -> str:
     """Return the text of a cell; a number is written with the digits that matter."""
     if value is None:

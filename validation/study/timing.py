@@ -1,16 +1,18 @@
 """Time a call: the median of repeats, within a budget."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
 Returned = TypeVar("Returned")
+Key = TypeVar("Key", bound=Hashable)
 
 SHORTEST_S = 2e-3  # a call of microseconds is repeated until its repeats took this long in all
 MOST_REPEATS = 200
+REPEATS = 5  # of calls that are timed in turn; their median is taken
 
 
 class Timing(NamedTuple, Generic[Returned]):
@@ -45,6 +47,35 @@ def measure(call: Callable[[], Returned], repeats: int, budget_s: float) -> Timi
         seconds.append(time.perf_counter() - begin)
         spent += seconds[-1]
     return Timing(result, first, float(np.median(seconds)) if seconds else first, first + spent)
+
+
+def in_turn(calls: Mapping[Key, Callable[[], object]], repeats: int) -> dict[Key, list[float]]:
+    """Time all calls one after the other, and do so several times.
+
+    Args:
+        calls: `{key: call}`. Each was called before, since a first call compiles.
+        repeats: How often each call is timed.
+
+    Returns:
+        `{key: seconds of each call}`.
+    """
+    seconds: dict[Key, list[float]] = {key: [] for key in calls}
+    for _ in range(repeats):
+        for key, call in calls.items():
+            begin = time.perf_counter()
+            call()
+            seconds[key].append(time.perf_counter() - begin)
+    return seconds
+
+
+def spread(seconds: Sequence[float]) -> dict[str, float | int]:
+    """Return the median, the least, the most and the number of some times."""
+    return {
+        "median_s": float(np.median(seconds)),
+        "least_s": float(min(seconds)),
+        "most_s": float(max(seconds)),
+        "repeats": len(seconds),
+    }
 
 
 @contextmanager
