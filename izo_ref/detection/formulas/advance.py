@@ -27,16 +27,15 @@ t_next:
   meets is missed.
 * CONTACT: the pair is proved apart until `toi`, and neither proof reaches a later time, or the
   cubic changes its sign just after `toi` while the closest points are well inside their features,
-  so the sides pass through each other there. Of 24,000 contacts of armadillo-rollers, most end so
-  in their second step; without that end they take 6 or 7. Nearly
-  always the pair touches at `toi` as far as rounding can tell: its distance is about 1e-14 of the
-  size of a well-shaped pair, and larger for slivers. There is one exception. A vertex that slides
-  in the plane of a face just past a corner may be a CONTACT although it stays apart: the squared
-  distances to the edges differ by less than their rounding there, so the closest points may be
-  taken on the wrong edge, and no direction that the step tries separates the sides. Distances of
-  up to 1e-7 of the size were measured, and up to 7e-5 for a face without area, in 14 of 44,400
-  constructed pairs (`validation/scenes/queries.py`). Such a pair costs an impact, and no
-  correctness.
+  so the sides pass through each other there. Most contacts end so at the first root of the cubic,
+  before any direction is tried; without that end they take 6 or 7 steps. Nearly always the pair
+  touches at `toi` as far as rounding can tell: its distance is about 1e-14 of the size of a
+  well-shaped pair, and larger for slivers. There is one exception. A vertex that slides in the
+  plane of a face just past a corner may be a CONTACT although it stays apart: the squared distances
+  to the edges differ by less than their rounding there, so the closest points may be taken on the
+  wrong edge, and no direction that the step tries separates the sides. Distances of up to 1e-7 of
+  the size were measured, and up to 7e-5 for a face without area, in 14 of 44,400 constructed pairs
+  (`validation/scenes/queries.py`). Such a pair costs an impact, and no correctness.
 * UNDECIDED: `MAX_STEPS` steps were not enough. The pair is proved apart until `toi`.
 
 **Rounding of the first proof.** Let u = 2^-53, and let M bound |e_k|_inf at both ends for all k.
@@ -335,6 +334,27 @@ def _is_inside(is_edge_edge: bool, weights: Vec4) -> bool:
 
 
 @compiled
+def _passes_through(
+    is_edge_edge: bool,
+    a1: Vec3,
+    a2: Vec3,
+    a3: Vec3,
+    b1: Vec3,
+    b2: Vec3,
+    b3: Vec3,
+    t: float,
+    cubic: Vec4,
+    error: float,
+) -> bool:
+    """Return whether the sides pass through each other just after t, well inside their features."""
+    if not 0.0 < t < 1.0:
+        return False
+    q1, q2, q3 = lerp3(a1, b1, t), lerp3(a2, b2, t), lerp3(a3, b3, t)
+    weights = pair_weights(is_edge_edge, q1, q2, q3)
+    return _is_inside(is_edge_edge, weights) and crosses_soon(cubic, t, error)
+
+
+@compiled
 def _first_contact(
     is_edge_edge: bool,
     a1: Vec3,
@@ -350,6 +370,13 @@ def _first_contact(
     """Prove a pair of a size near 1 apart, piece by piece; return what `advance` returns."""
     direction = (0.0, 0.0, 0.0)
     first, first_until = direction, 0.0  # the direction of the first step, and its time
+    root = -1.0  # time until which the cubic has no root from the start, if it is known
+    if (cubic[0] > 0.0) != (cubic[3] > 0.0):
+        root = root_free_until(cubic, 0.0, cubic_error)
+        if _passes_through(
+            is_edge_edge, a1, a2, a3, b1, b2, b3, root - MIN_STEP, cubic, cubic_error
+        ):
+            return CONTACT, root - MIN_STEP, direction, 1, 0.0
     t = 0.0
     for step in range(1, MAX_STEPS + 1):
         q1, q2, q3 = lerp3(a1, b1, t), lerp3(a2, b2, t), lerp3(a3, b3, t)
@@ -380,7 +407,9 @@ def _first_contact(
             return APART, 1.0, direction, step, margin
         if step == 1:
             first, first_until = direction, until
-        until = max(until, root_free_until(cubic, t, cubic_error))
+        if step > 1 or root < 0.0:
+            root = root_free_until(cubic, t, cubic_error)
+        until = max(until, root)
         if until > 1.0:
             return APART, 1.0, direction, step, 0.0
         # the proofs hold up to here; rounded down so that they hold for the float too

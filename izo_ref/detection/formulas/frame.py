@@ -103,8 +103,9 @@ def impact_frame(
     gap_t0 = dot3(normal, weighted_sum(weights, a1, a2, a3))
     size = max(max_abs3(a1), max(max_abs3(a2), max_abs3(a3)))
     if not abs(gap_t0) > FLAT * size:
-        if max_abs3(direction) == 0.0:  # in contact from the start: only rounding is left
-            direction = unit3(weighted_sum(weights, q1, q2, q3))
+        if max_abs3(direction) == 0.0:  # none was needed, or the pair is in contact from the start
+            start = pair_weights(is_edge_edge, a1, a2, a3)
+            direction = unit3(weighted_sum(start, a1, a2, a3))
         return weights, direction
     if gap_t0 < 0.0:
         normal = scale3(-1.0, normal)
