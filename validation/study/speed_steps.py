@@ -180,16 +180,18 @@ def rounds(result: Result) -> Row:
 
     Returns:
         `objective_k` [m^2] after k rounds, and `rounds_k_s`, the time of all iterations up to
-        there; None for rounds that were not run. The last round may have been taken back; its
-        objective is that of the result.
+        there; None for rounds that were not run, also where a step is blocked before its first
+        iteration ends. The last round may have been taken back; its objective is that of the
+        result.
     """
     columns: Row = {}
-    last = max(line.round for line in result.history)
+    last = max((line.round for line in result.history), default=-1)
     for number in range(result.options.relinearize + 1):
         lines = [line for line in result.history if 0 <= line.round <= number]
-        reached = number <= last
-        value = result.objective if number == last else lines[-1].objective
-        columns[f"objective_{number}"] = value if reached else None
-        spent = sum(line.detect_s + line.solve_s for line in lines)
-        columns[f"rounds_{number}_s"] = spent if reached else None
+        value = spent = None
+        if number <= last:
+            value = result.objective if number == last else lines[-1].objective
+            spent = sum(line.detect_s + line.solve_s for line in lines)
+        columns[f"objective_{number}"] = value
+        columns[f"rounds_{number}_s"] = spent
     return columns
