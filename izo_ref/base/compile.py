@@ -137,6 +137,10 @@ class Kernel:
         """Run the kernel over some items, shared among all threads."""
         share(self._kernel, items, arguments)
 
+    def where_it_pays(self, least: int, items: range, *arguments: Any) -> None:
+        """Run the kernel on all threads if there are `least` items, else on the calling one."""
+        (self if len(items) >= least else self.alone)(items, *arguments)
+
     def alone(self, items: range, *arguments: Any) -> None:
         """Run the kernel over some items on the calling thread."""
         self._kernel(items.start, items.stop, *arguments)

@@ -11,7 +11,7 @@ import numpy as np
 from izo_ref.base.arrays import Edges, Faces, Ints, Positions
 from izo_ref.base.exact import sides_meet
 from izo_ref.base.records import Pairs, TreeOrders
-from izo_ref.detection.cpu.contacts import CHUNK, find_crossings
+from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_crossings
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED
 from izo_ref.detection.trees import Elements, meeting_pairs, tree_orders, vertex_boxes
@@ -94,7 +94,8 @@ def _crossing_edges(positions: Positions, edges: Edges, faces: Faces, orders: Tr
     pairs = meeting_pairs(*elements)
     statuses = np.empty(len(pairs), np.int8)
     chunks = range(-(-len(pairs) // CHUNK))
-    find_crossings(chunks, pairs, *(side.tree.nodes for side in elements), positions, statuses)
+    nodes = (side.tree.nodes for side in elements)
+    find_crossings.where_it_pays(FEW_CHUNKS, chunks, pairs, *nodes, positions, statuses)
     near = statuses != APART
     pairs, statuses = pairs[near], statuses[near]
     found = np.column_stack([side.tree.order[pairs[:, k]] for k, side in enumerate(elements)])

@@ -6,7 +6,12 @@ from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Nodes, Normals, Po
 from izo_ref.base.ranges import ranges
 from izo_ref.base.records import Impacts, PairCounts, Pairs, join_impacts, no_impacts
 from izo_ref.detection.cpu import frames as kernels
-from izo_ref.detection.cpu.contacts import CHUNK, find_contacts, gather_contact_nodes
+from izo_ref.detection.cpu.contacts import (
+    CHUNK,
+    FEW_CHUNKS,
+    find_contacts,
+    gather_contact_nodes,
+)
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.trees import Elements, meeting_pairs, scattered
 
@@ -108,7 +113,8 @@ class NearPairs:
         tallies, index = np.empty((n, 3), np.int64), np.empty(len(pairs), np.int64)
         toi, directions = np.empty(len(pairs)), np.empty((len(pairs), 3))
         margins = np.empty(len(pairs))
-        find_contacts(
+        find_contacts.where_it_pays(
+            FEW_CHUNKS,
             range(n),
             scattered(n),
             pairs,

@@ -22,7 +22,7 @@ from izo_ref.base.arrays import (
 from izo_ref.base.ranges import ranges
 from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
-from izo_ref.detection.cpu.contacts import CHUNK, find_pairs
+from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 
 # Pairs for which each chunk of queries has room at first: eight for each query. Memory that is
@@ -194,7 +194,8 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
 
     def launch(chunks: Indices, starts: Offsets) -> tuple[Indices, Ints]:
         counts, pairs = np.empty(len(chunks), np.int64), np.empty((starts[-1], 2), np.int32)
-        find_pairs(
+        find_pairs.where_it_pays(
+            FEW_CHUNKS,
             range(len(chunks)),
             chunks,
             starts,
