@@ -38,7 +38,11 @@ def test_a_detector_that_follows_a_path_finds_what_a_new_one_finds(rng, share, r
 @pytest.mark.parametrize("mover", ["lower", "upper"])
 @pytest.mark.parametrize(
     "steps",  # that close the gap of 0.05; an edge is 1 / 7 long, and "far" is 0.1 of that
-    [(0.045, 0.003, 0.0029), (0.04, 0.003, 0.0029, 0.0028, 0.0027), (0.04, 0.004, 0.004, 0.004)],
+    [
+        (0.045, 0.003, 0.0029),
+        (0.04, 0.003, 0.0029, 0.0028, 0.0027),
+        (0.028, 0.01, 0.005, 0.005, 0.004),
+    ],
     ids=["in one step", "creeping", "each step within the margin"],
 )
 def test_impacts_within_the_reach_are_found(rng, mover, steps):
