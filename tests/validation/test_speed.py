@@ -139,7 +139,7 @@ def test_the_next_step_is_timed_both_ways(tmp_path, monkeypatch, rng):
 
 
 def test_the_scale_is_what_lbvh_takes_now_over_then(monkeypatch, rng):
-    pytest.importorskip("ipctk").set_num_threads(-1)
+    pytest.importorskip("ipctk", reason="LBVH of ipctk is what is timed").set_num_threads(-1)
     scene = two_sheets(rng)
     monkeypatch.setattr(steps, "load_step", lambda name: scene)
     monkeypatch.setattr(speed_detection, "thread_counts", lambda: [1, 2])
@@ -165,7 +165,7 @@ def test_a_resolve_is_repeated_after_one_that_compiles(rng):
 
 
 def test_both_sides_of_detection_see_the_same_step(rng):
-    ipctk = pytest.importorskip("ipctk")
+    ipctk = pytest.importorskip("ipctk", reason="LBVH of ipctk is what is timed")
     scene = two_sheets(rng)
     calls = speed_detection.detection_calls(scene)
     found = {}
