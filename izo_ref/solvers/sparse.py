@@ -7,12 +7,13 @@ new values.
 import numba
 import numpy as np
 
-from izo_ref.base.arrays import AnyInts, Floats, Indices, Ints, Offsets
+from izo_ref.base.arrays import AnyInts, Flags, Floats, Indices, Ints, Offsets
 from izo_ref.base.ranges import ranges
 from izo_ref.solvers.cpu import sparse as kernels
 from izo_ref.solvers.serial import elimination
 from izo_ref.solvers.serial.fronts import Fronts
 from izo_ref.solvers.serial.minimum_degree import minimum_degree
+from izo_ref.solvers.serial.restriction import Supernodes, restrict
 
 # Floating-point operations from which on a second thread pays off. Waking it takes some 10 us.
 PARALLEL = 2e6
@@ -32,13 +33,28 @@ class SparseCholesky:
 
     def __init__(self, entries: AnyInts, n_blocks: int, size: int) -> None:
         """Choose the order of elimination and lay out the factor."""
-        self._order = _order_of(entries, n_blocks)
+        self._order = self._whole_order = _order_of(entries, n_blocks)
         rows, columns = _places(self._order)[entries.T]
         pattern = np.column_stack((np.minimum(rows, columns), np.maximum(rows, columns)))
+        self._supernodes = _supernodes_of(pattern, n_blocks)
+        self._lay_out(self._supernodes, size)
+
+    def restrict(self, chosen: Flags) -> None:
+        """From now on, factor the matrix of some rows and columns of the whole matrix.
+
+        Args:
+            chosen: (n_blocks,) b1, the rows that stay. Values keep their numbers; those of other
+                rows and columns are not read. Right-hand sides and solutions have the chosen rows
+                alone.
+        """
+        in_order = chosen[self._whole_order]
+        self._order = (np.cumsum(chosen) - 1)[self._whole_order[in_order]]
+        self._lay_out(restrict(self._supernodes, in_order), self._fronts.size)
+
+    def _lay_out(self, supernodes: Supernodes, size: int) -> None:
+        """Lay out the factor."""
         threads = numba.get_num_threads()
-        self._fronts, self._run_starts, self._runs = _lay_out_fronts(
-            pattern, n_blocks, size, threads
-        )
+        self._fronts, self._run_starts, self._runs = _lay_out_fronts(supernodes, size, threads)
         last = len(self._run_starts) - 2
         self._first_runs, self._last_run = range(last), range(last, last + 1)
         self._factor = np.empty(self._fronts.factor_starts[-1])
@@ -96,19 +112,13 @@ def _places(order: Ints) -> Ints:
     return places
 
 
-def _lay_out_fronts(entries: Ints, n: int, size: int, threads: int) -> tuple[Fronts, Offsets, Ints]:
-    """Return the fronts of a pattern, and the runs that divide them among threads.
+def _supernodes_of(entries: Ints, n: int) -> Supernodes:
+    """Return the supernodes of a pattern.
 
     Args:
         entries: (n_entries, 2) i4, block row i and block column j >= i of each value, in the
             order of elimination.
         n: Rows of the matrix, in blocks.
-        size: Rows of a block.
-        threads: How many threads there are.
-
-    Returns:
-        The fronts; (n_runs + 1,) i8, where each run begins; and (n_fronts,) i4, the fronts of the
-        runs.
     """
     graph = elimination.graph_of(entries, n)
     parent = elimination.elimination_tree(*graph)
@@ -125,9 +135,26 @@ def _lay_out_fronts(entries: Ints, n: int, size: int, threads: int) -> tuple[Fro
     elimination.relative_rows(
         firsts, column_starts, column_rows, node_of, above, places, starts[:-1]
     )
-    entry_starts, own_entries = elimination.entries_by_front(
-        entries, firsts, column_starts, column_rows, node_of
-    )
+    by_front = elimination.entries_by_front(entries, firsts, column_starts, column_rows, node_of)
+    return Supernodes(firsts, above, starts, rows, places, *by_front)
+
+
+def _lay_out_fronts(
+    supernodes: Supernodes, size: int, threads: int
+) -> tuple[Fronts, Offsets, Ints]:
+    """Return the fronts of supernodes, and the runs that divide them among threads.
+
+    Args:
+        supernodes: The supernodes.
+        size: Rows of a block.
+        threads: How many threads there are.
+
+    Returns:
+        The fronts; (n_runs + 1,) i8, where each run begins; and (n_fronts,) i4, the fronts of the
+        runs.
+    """
+    firsts, above, starts, rows, places, entry_starts, entries = supernodes
+    own, counts = np.diff(firsts), np.diff(starts)
     rows_of_front = size * (own + counts)
     work = _work(size * own, size * counts)
     run_starts, runs, roots = _divide(above, work, threads if work.sum() > PARALLEL else 1)
@@ -144,7 +171,7 @@ def _lay_out_fronts(entries: Ints, n: int, size: int, threads: int) -> tuple[Fro
         places,
         np.concatenate(([0], np.cumsum(size * own * rows_of_front))),
         entry_starts,
-        own_entries,
+        entries,
         np.searchsorted(above[children], np.arange(len(own) + 1)),
         children.astype(np.int32),
         kept,

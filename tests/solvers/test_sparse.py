@@ -60,6 +60,29 @@ def test_one_thread_and_two_give_the_same_bits(rng):
     np.testing.assert_array_equal(*found)
 
 
+@pytest.mark.parametrize("size", [1, 3])
+@pytest.mark.parametrize("share", [0.02, 0.5, 0.9])
+def test_a_matrix_without_some_rows_is_factored(rng, size, share):
+    """Restrictions follow each other, and each one starts from the whole matrix."""
+    n = 150
+    entries, values, matrix = random_matrix(rng, n, size)
+    factors = SparseCholesky(entries, n, size)
+    whole = factors.flops
+    for _ in range(3):
+        chosen = rng.random(n) < share
+        chosen[rng.integers(n)] = True
+        factors.restrict(chosen)
+        factors.factorize(values)
+        rows = np.repeat(chosen, size)
+        right = rng.normal(size=np.count_nonzero(rows))
+        x = factors.solve(right)
+        part = matrix[np.ix_(rows, rows)]
+        # the bound of the test above, for a matrix of this size
+        bound = (3 * len(part) + 1) * len(part) * 2.0**-53 * np.linalg.norm(part, 2)
+        assert np.linalg.norm(part @ x - right) <= bound * np.linalg.norm(x)
+        assert factors.flops < share * whole + 1e3
+
+
 def test_disconnected_components_are_solved_independently(rng):
     entries, values, _ = random_matrix(rng, 30, 3)
     other = np.concatenate((entries, entries + 30, [[60, 60]]))

@@ -204,8 +204,8 @@ SOLVERS = [
     Fault(
         "pivoting-forgets-rho",
         "izo_ref/solvers/pivoting.py",
-        "        u = pattern.solve(active, s + RHO * v)\n",
-        "        u = pattern.solve(active, s)\n",
+        "        u = matrix.solve(active, s + RHO * v)\n",
+        "        u = matrix.solve(active, s)\n",
         "The term that makes redundant constraints solvable stays in the answer, which then never "
         "converges.",
         ("tests/solvers/test_pivoting.py",),
@@ -238,10 +238,18 @@ SOLVERS = [
     Fault(
         "pivoting-joins-at-pinned-vertices",
         "izo_ref/solvers/pivoting.py",
-        "    pinned[n] = True  # stands for all pinned vertices, which connect nothing\n",
+        "    at_vertex[-1] = -1  # pinned vertices, whose number is -1, connect nothing\n",
         "",
-        "All constraints at pinned vertices form one group.",
+        "All constraints at pinned vertices are neighbours.",
         ("tests/solvers/test_pivoting.py",),
+    ),
+    Fault(
+        "restriction-keeps-old-places",
+        "izo_ref/solvers/serial/restriction.py",
+        "    return own_left + counts[whole.starts[s] + place - own] - starts[s]\n",
+        "    return own_left + place - own\n",
+        "Rows of a front that come behind a row that is left out are taken for the next one.",
+        ("tests/solvers/test_sparse.py",),
     ),
     Fault(
         "unchanged-zones-go-on",
