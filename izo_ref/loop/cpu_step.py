@@ -20,13 +20,13 @@ from izo_ref.base.records import (
     join_impacts,
     no_impacts,
 )
-from izo_ref.detection.cpu import frames as kernels
+from izo_ref.detection.cpu import frames
 from izo_ref.loop.step import Step
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.selection import select_impacts
-from izo_ref.zones.serial.selection import prescribed_impacts, tight_impacts
+from izo_ref.zones.serial.selection import prescribed_impacts
 from izo_ref.zones.system import zone_system
 
 # positions, impacts, multipliers, active, stuck
@@ -81,16 +81,13 @@ class CpuStep(Step):
         self.stuck = np.zeros(len(self.scene.pinned), bool)
 
     def relinearize(self) -> None:
-        """Go back to the proposed positions with the tight impacts, linearized anew."""
-        tight = np.empty(self.n_impacts, bool)
-        own = self.impacts
-        tight_impacts(self.positions, own.nodes, own.weights, own.normals, self._thickness, tight)
-        kept = own.take(tight)
-        weights, normals = np.empty_like(kept.weights), np.empty_like(kept.normals)
-        kernels.compute_closest_frames(
-            self.positions, kept.nodes, kept.is_edge_edge, weights, normals
+        """Go back to the proposed positions, and linearize the tight impacts anew."""
+        own, thickness = self.impacts, self._thickness
+        weights, normals = own.weights.copy(), own.normals.copy()
+        frames.renew_tight_frames(
+            self.positions, own.nodes, own.is_edge_edge, thickness, weights, normals
         )
-        self.begin(kept._replace(weights=weights, normals=normals), self.multipliers[tight])
+        self.begin(own._replace(weights=weights, normals=normals), self.multipliers)
 
     def save(self) -> State:
         """Return the state that `restore` takes."""

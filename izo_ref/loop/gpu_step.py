@@ -23,7 +23,6 @@ from izo_ref.base.gpu_arrays import (
     offsets_of,
     positions_of,
     reduce,
-    take,
     to_cpu,
     to_gpu,
 )
@@ -83,19 +82,13 @@ class GpuStep(Step):
         self.stuck = full(self._n, False, np.bool_)
 
     def relinearize(self) -> None:
-        """Go back to the proposed positions with the tight impacts, linearized anew."""
-        own, tight = self.impacts, empty(self.n_impacts, np.bool_)
-        kernels.flag_tight_impacts[self.n_impacts](
-            self.positions, own.nodes, own.weights, own.normals, self._thickness, tight
+        """Go back to the proposed positions, and linearize the tight impacts anew."""
+        own, thickness = self.impacts, self._thickness
+        weights, normals = copy(own.weights), copy(own.normals)
+        frames.renew_tight_frames[self.n_impacts](
+            self.positions, own.nodes, own.is_edge_edge, thickness, weights, normals
         )
-        index = flatnonzero(tight)
-        kept, n = take_impacts(self.impacts, index), index.shape[0]
-        weights, normals = empty((n, 4), np.float64), empty((n, 3), np.float64)
-        frames.compute_closest_frames[n](
-            self.positions, kept.nodes, kept.is_edge_edge, weights, normals
-        )
-        kept = kept._replace(weights=weights, normals=normals)
-        self.begin(kept, take(self.multipliers, index))
+        self.begin(own._replace(weights=weights, normals=normals), self.multipliers)
 
     def save(self) -> tuple[Any, ...]:
         """Return the state that `restore` takes."""

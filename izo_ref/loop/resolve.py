@@ -217,7 +217,11 @@ def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> St
 def _relinearize(loop: Loop, options: Options) -> None:
     """Take the normals again at the answer, as often as it pays (docs/method section 6)."""
     best = loop.step.objective()
+    budget = options.relinearize_budget * _found_impacts(loop.history)
+    n_main = len(loop.history)
     for number in range(1, options.relinearize + 1):
+        if _found_impacts(loop.history[n_main:]) > budget:
+            return
         saved = loop.step.save()
         loop.step.relinearize()
         if not loop.run(number, limit=best):
@@ -228,6 +232,11 @@ def _relinearize(loop: Loop, options: Options) -> None:
         best = value
         if not paid:
             return
+
+
+def _found_impacts(history: list[Iteration]) -> int:
+    """Return how many impacts the detections of some iterations found."""
+    return sum(entry.found for entry in history)
 
 
 def _scale_back(loop: Loop, order: Indices) -> list[ScaledBack]:

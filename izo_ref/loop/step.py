@@ -59,12 +59,12 @@ class Step(Protocol):
         ...
 
     def relinearize(self) -> None:
-        """Go back to the proposed positions with the tight impacts.
+        """Go back to the proposed positions, and linearize the tight impacts anew.
 
         They are those whose gap is no more than the thickness: impacts that push, and impacts that
         push nothing because another one at the same points does. Which one of two such impacts
         pushes is a matter of rounding. Their normals and weights are taken anew from the closest
-        points at the current positions.
+        points at the current positions. The other impacts stay as they are.
         """
         ...
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import izo_ref
+from izo_ref.detection.cpu.frames import renew_tight_frames
 from tests.helpers.shapes import two_sheets, vertex_over_face
 
 
@@ -108,3 +109,19 @@ def test_a_contact_within_a_plane_gets_a_normal_in_the_plane():
     impacts = izo_ref.find_impacts(izo_ref.Scene(start, end, [[1, 2, 3], [0, 4, 5]]))
     i = np.flatnonzero((impacts.nodes == [0, 1, 2, 3]).all(axis=1))
     np.testing.assert_allclose(impacts.normals[i], [[-1, 0, 0]], rtol=0.0, atol=1e-9)
+
+
+def test_tight_impacts_alone_get_the_frame_at_their_closest_points():
+    """Two equal impacts at the thickness are both tight, whichever of them pushes."""
+    positions = np.array([[0.2, 0.2, 0.1], [0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, 0.2]])
+    nodes = np.array([[0, 1, 2, 3], [0, 1, 2, 3], [4, 1, 2, 3], [4, 1, 2, 3]], np.int32)
+    weights = np.tile([1.0, -0.4, -0.3, -0.3], (4, 1))
+    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.0, 1.0], [0.0, 0.8, 0.6]])
+    before = weights.copy(), normals.copy()
+    renew_tight_frames(positions, nodes, np.zeros(4, bool), 0.1, weights, normals)
+    np.testing.assert_allclose(weights[:2], [[1.0, -0.6, -0.2, -0.2]] * 2, atol=1e-15)
+    np.testing.assert_allclose(normals[:2], [[0.0, 0.0, 1.0]] * 2, atol=1e-15)
+    np.testing.assert_array_equal(weights[2], before[0][2])
+    np.testing.assert_array_equal(normals[2], before[1][2])
+    # the last impact has slack along the true normal, but none along its own
+    np.testing.assert_allclose(normals[3], [0.0, 0.0, 1.0], atol=1e-15)

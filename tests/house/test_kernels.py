@@ -115,7 +115,7 @@ def test_a_kernel_without_its_contract_is_noticed(old, new, says):
 # Work that is one launch on one target and several on the other has no twins.
 TWINS = {
     "decide_meetings",
-    "compute_closest_frames",
+    "renew_tight_frames",
     "find_contacts",
     "find_pairs",
     "compute_morton_codes",

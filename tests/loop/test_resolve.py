@@ -99,6 +99,15 @@ def test_relinearization_never_increases_the_objective(rng):
     assert gained > 0
 
 
+@pytest.mark.parametrize(("budget", "rounds"), [(0.0, 1), (np.inf, 2)])
+def test_a_round_begins_only_within_the_budget(rng, budget, rounds):
+    """The first round always begins; here it pays, so the second one depends on the budget."""
+    scene = two_sheets(rng, 8)
+    options = Options(relinearize=2, relinearize_gain=0.0, relinearize_budget=budget)
+    result = izo_ref.resolve(scene, 1e-3, options=options)
+    assert {entry.round for entry in result.history} == set(range(rounds + 1))
+
+
 def same_bits(a, b):
     """Check that two results have the same bits."""
     np.testing.assert_array_equal(a.positions, b.positions)

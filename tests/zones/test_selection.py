@@ -5,7 +5,6 @@ import pytest
 
 from izo_ref.base.records import Impacts
 from izo_ref.zones.selection import select_impacts
-from izo_ref.zones.serial.selection import tight_impacts
 from tests.naive import groups
 
 
@@ -29,14 +28,3 @@ def test_selections_are_those_of_the_literal_definitions(rng, n):
             chosen = select_impacts(usable, pinned, name)
             assert np.flatnonzero(chosen).tolist() == naive(usable.toi, usable.nodes, pinned)
         assert select_impacts(usable, pinned, "all").all()
-
-
-def test_tight_impacts_are_those_without_slack():
-    """Two equal impacts at the thickness are both tight, whichever of them pushes."""
-    positions = np.array([[0.2, 0.2, 0.1], [0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, 0.2]])
-    weights = np.array([1.0, -0.6, -0.2, -0.2])
-    nodes = np.array([[0, 1, 2, 3], [0, 1, 2, 3], [4, 1, 2, 3], [0, 1, 2, 3]], np.int32)
-    normals = np.array([[0.0, 0.0, 1.0]] * 3 + [[0.0, 0.0, -1.0]])
-    tight = np.empty(4, bool)
-    tight_impacts(positions, nodes, np.tile(weights, (4, 1)), normals, 0.1, tight)
-    assert tight.tolist() == [True, True, False, True]

@@ -182,11 +182,13 @@ ZONE = [
     ),
     Fault(
         "tight-only-with-slack",
-        "izo_ref/zones/serial/selection.py",
+        "izo_ref/detection/serial/tight.py",
         "    return gap <= thickness * (1.0 + TIGHT)\n",
         "    return gap < thickness * (1.0 - TIGHT)\n",
-        "Impacts at the thickness count as slack, so a round with new normals drops all of them.",
-        ("tests/zones/test_selection.py::test_tight_impacts_are_those_without_slack",),
+        "Impacts at the thickness count as slack, so a round gives no impact a new normal.",
+        (
+            "tests/detection/test_frame.py::test_tight_impacts_alone_get_the_frame_at_their_closest_points",
+        ),
     ),
     Fault(
         "selection-by-one-new-vertex",

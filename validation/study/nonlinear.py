@@ -13,7 +13,7 @@ import numpy as np
 
 from izo_ref.base.arrays import Flags, Positions
 from izo_ref.base.options import Options
-from izo_ref.detection.cpu.frames import compute_closest_frames
+from izo_ref.detection.cpu.frames import renew_tight_frames
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 from izo_ref.solvers.solve import solve_zone
@@ -47,9 +47,10 @@ def fixed_point(
     """
     size = np.abs(positions - problem.proposed).max()
     x = positions
-    weights, normals = np.empty_like(problem.weights), np.empty_like(problem.normals)
+    weights, normals = problem.weights.copy(), problem.normals.copy()
     for _ in range(ROUNDS):
-        compute_closest_frames(x, problem.nodes, is_edge_edge, weights, normals)
+        # no gap is above an infinite thickness, so every impact gets a new frame
+        renew_tight_frames(x, problem.nodes, is_edge_edge, np.inf, weights, normals)
         parts = (problem.nodes, weights, normals, problem.proposed, problem.masses)
         new = solve_zone(ZoneProblem(*parts, problem.thickness), tolerance=1e-13).positions
         step, x = np.abs(new - x).max(), new
@@ -75,7 +76,7 @@ def nonlinear_rows(seed: int = 20240607, each: int = 10) -> list[dict[str, Any]]
         for number in range(each):
             rng = np.random.default_rng([seed, number, *kind.encode()])
             scene = contact_scene(rng, kind)
-            options = Options(relinearize=200, relinearize_gain=0.0)
+            options = Options(relinearize=200, relinearize_gain=0.0, relinearize_budget=np.inf)
             result = resolve(scene, THICKNESS_M, options=options)
             for zone in range(len(result.zones)):
                 rows.append({"scene": kind, "number": number} | _row(scene, result, zone))

@@ -4,6 +4,7 @@ from izo_ref.base.arrays import Flags, Nodes, Normals, Positions, Times, Weights
 from izo_ref.base.compile import light_kernel
 from izo_ref.detection.formulas.frame import closest_frame, impact_frame
 from izo_ref.detection.serial.contacts import relative_nodes, row3, row4
+from izo_ref.detection.serial.tight import is_tight
 
 
 @light_kernel
@@ -33,20 +34,22 @@ def compute_impact_frames(
 
 
 @light_kernel
-def compute_closest_frames(
+def renew_tight_frames(
     # In:
     positions: Positions,  # (n_vertices, 3) f8  [m]
     nodes: Nodes,  # (n_impacts, 4) i4
     is_edge_edge: Flags,  # (n_impacts,) b1
+    thickness: float,  # f8  [m]
     # Out:
-    weights_out: Weights,  # (n_impacts, 4) f8
-    normals_out: Normals,  # (n_impacts, 3) f8
+    weights_out: Weights,  # (n_impacts, 4) f8, those of other impacts stay
+    normals_out: Normals,  # (n_impacts, 3) f8, those of other impacts stay
 ) -> None:
-    """Compute the frame of each pair at its closest points."""
+    """Give each tight impact the frame at its closest points."""
     for i in range(nodes.shape[0]):
-        q1, q2, q3 = relative_nodes(positions, row4(nodes, i))
-        weights, normal = closest_frame(is_edge_edge[i], q1, q2, q3)
-        for k in range(4):
-            weights_out[i, k] = weights[k]
-        for axis in range(3):
-            normals_out[i, axis] = normal[axis]
+        if is_tight(i, positions, nodes, weights_out, normals_out, thickness):
+            q1, q2, q3 = relative_nodes(positions, row4(nodes, i))
+            weights, normal = closest_frame(is_edge_edge[i], q1, q2, q3)
+            for k in range(4):
+                weights_out[i, k] = weights[k]
+            for axis in range(3):
+                normals_out[i, axis] = normal[axis]

@@ -11,13 +11,12 @@ from izo_ref.base.arrays import (
     Masses,
     Multipliers,
     Nodes,
-    Normals,
     Offsets,
     Positions,
     Weights,
 )
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.zones.serial.selection import is_prescribed, is_tight
+from izo_ref.zones.serial.selection import is_prescribed
 
 
 @cuda_kernel
@@ -52,23 +51,6 @@ def flag_impacts_to_solve(
     j = cuda.grid(1)
     if j < nodes.shape[0]:
         kept_out[j] = not is_prescribed(j, nodes, weights, pinned)
-
-
-@cuda_kernel
-def flag_tight_impacts(
-    # In:
-    positions: Positions,  # (n_vertices, 3) f8  [m]
-    nodes: Nodes,  # (n_impacts, 4) i4
-    weights: Weights,  # (n_impacts, 4) f8
-    normals: Normals,  # (n_impacts, 3) f8
-    thickness: float,  # f8  [m]
-    # Out:
-    tight_out: Flags,  # (n_impacts,) b1
-) -> None:
-    """Mark the impacts whose gap is no more than the thickness."""
-    j = cuda.grid(1)
-    if j < nodes.shape[0]:
-        tight_out[j] = is_tight(j, positions, nodes, weights, normals, thickness)
 
 
 @cuda_kernel

@@ -1,6 +1,6 @@
-"""Select the impacts that enter the zones, and those that stay there for the next round."""
+"""Select the impacts that enter the zones."""
 
-from izo_ref.base.arrays import Flags, Indices, Nodes, Normals, Positions, Weights
+from izo_ref.base.arrays import Flags, Indices, Nodes, Weights
 from izo_ref.base.compile import compiled
 
 
@@ -68,50 +68,3 @@ def prescribed_impacts(
     """Mark the impacts that are between pinned points."""
     for j in range(nodes.shape[0]):
         prescribed_out[j] = is_prescribed(j, nodes, weights, pinned)
-
-
-# An impact is tight if its gap exceeds the thickness by at most this fraction of it. A solver
-# leaves a violation of 1e-9 of the thickness.
-TIGHT = 1e-6
-
-
-@compiled
-def is_tight(
-    j: int,
-    positions: Positions,
-    nodes: Nodes,
-    weights: Weights,
-    normals: Normals,
-    thickness: float,
-) -> bool:
-    """Return whether the gap of impact j is no more than the thickness.
-
-    Args:
-        j: Index of the impact.
-        positions: (n_vertices, 3) f8 [m].
-        nodes: (n_impacts, 4) i4.
-        weights: (n_impacts, 4) f8.
-        normals: (n_impacts, 3) f8.
-        thickness: Distance that impacts keep at the end [m].
-    """
-    gap = 0.0
-    for axis in range(3):
-        between = 0.0
-        for k in range(4):
-            between += weights[j, k] * positions[nodes[j, k], axis]
-        gap += normals[j, axis] * between
-    return gap <= thickness * (1.0 + TIGHT)
-
-
-@compiled
-def tight_impacts(
-    positions: Positions,  # (n_vertices, 3) f8 [m]
-    nodes: Nodes,  # (n_impacts, 4) i4
-    weights: Weights,  # (n_impacts, 4) f8
-    normals: Normals,  # (n_impacts, 3) f8
-    thickness: float,  # f8 [m]
-    tight_out: Flags,  # (n_impacts,) b1
-) -> None:
-    """Mark the impacts whose gap is no more than the thickness."""
-    for j in range(nodes.shape[0]):
-        tight_out[j] = is_tight(j, positions, nodes, weights, normals, thickness)
