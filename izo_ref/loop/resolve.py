@@ -29,6 +29,10 @@ from izo_ref.zones.objective import objective
 from izo_ref.zones.problem import Residuals, ZoneProblem, residuals_of_zones
 from izo_ref.zones.system import zone_system
 
+# Impacts that the detections of the rounds may find whatever the main loop found: 20 us each on
+# armadillo-rollers, 0.2 s in all.
+FEW_IMPACTS = 10_000
+
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
@@ -217,7 +221,7 @@ def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> St
 def _relinearize(loop: Loop, options: Options) -> None:
     """Take the normals again at the answer, as often as it pays (docs/method section 6)."""
     best = loop.step.objective()
-    budget = options.relinearize_budget * _found_impacts(loop.history)
+    budget = max(options.relinearize_budget * _found_impacts(loop.history), FEW_IMPACTS)
     n_main = len(loop.history)
     for number in range(1, options.relinearize + 1):
         if _found_impacts(loop.history[n_main:]) > budget:

@@ -41,7 +41,7 @@ def steps_rows(folder):
     rows = Rows(folder, "outer", outer.KEYS)
     for name, factor in (("sheets", 1.0), ("cloth <b>", 3.0)):
         for setting in outer.settings(quick=False):
-            worse = 1.0 + 0.01 * (3 - setting.relinearize) + 1e3 * setting.thickness
+            worse = 1.0 + 0.01 * (5 - setting.relinearize) + 1e3 * setting.thickness
             rows.add(
                 step=name,
                 **setting._asdict(),
@@ -125,7 +125,7 @@ def test_objectives_are_compared_within_step_and_thickness(report):
         if row["step"] == "sheets"
         and outer_page.setting(row) == outer.DEFAULT._replace(relinearize=0)
     ]
-    assert math.isclose(loose["excess"], 0.03 / 1.1)
+    assert math.isclose(loose["excess"], 0.05 / 1.1)
     thick = outer.DEFAULT._replace(thickness=3e-4)
     assert all(row["excess"] == 0.0 for row in rows if outer_page.setting(row) == thick)
     ((own, peer),) = outer_page.peer_pairs(rows)

@@ -5,7 +5,7 @@ from typing import Any
 
 from validation.report import plots, site
 from validation.rows import Row
-from validation.study.outer import DEFAULT, PEER, ROUNDS, SELECTIONS, THICKNESSES_M
+from validation.study.outer import DEFAULT, MOST_ROUNDS, PEER, ROUNDS, SELECTIONS, THICKNESSES_M
 
 # Smaller excesses are drawn here: the best known has an excess of zero, which has no logarithm.
 FLOOR = 1e-6
@@ -18,10 +18,10 @@ def rounds_figure(rows: list[Row]) -> str:
     at = [row for row in _drawn(rows) if row["thickness"] == DEFAULT.thickness]
     caption = (
         "Excess of the objective over the best known against CPU time, at a thickness of "
-        f"{1e3 * DEFAULT.thickness:g} mm. A line joins 0 to 3 rounds of new normals at a tolerance "
-        "of 1e-9; the markers grow with the rounds. A hollow marker shows 3 rounds at a tolerance "
-        f"of 1e-6, an asterisk {PEER}, which was recorded elsewhere. Values at or below {FLOOR:g} "
-        f"are drawn at {FLOOR:g}. Down and left is better."
+        f"{1e3 * DEFAULT.thickness:g} mm. A line joins 0 to {MOST_ROUNDS} rounds of new normals at "
+        "a tolerance of 1e-9; the markers grow with the rounds. A hollow marker shows "
+        f"{MOST_ROUNDS} rounds at a tolerance of 1e-6, an asterisk {PEER}, which was recorded "
+        f"elsewhere. Values at or below {FLOOR:g} are drawn at {FLOOR:g}. Down and left is better."
     )
     return _figure(at, _rounds_panel, caption)
 

@@ -27,7 +27,8 @@ SELECTIONS = CHOICES["selection"]
 THICKNESS_M = 1e-4
 THICKNESSES_M = (3e-5, 1e-4, 3e-4)
 TOLERANCES = (1e-9, 1e-6)
-ROUNDS = (0, 1, 2, 3)
+MOST_ROUNDS = Options().relinearize
+ROUNDS = (0, 1, 2, 3, MOST_ROUNDS)
 PEER = "ARCSim 0.2.1"
 # If a step takes longer than this with the default [CPU s], only its selections are compared.
 LONG_S = 10.0
@@ -54,7 +55,7 @@ class Setting(NamedTuple):
     relinearize: int | None  # rounds at most; None for the other system
 
 
-DEFAULT = Setting("independent", THICKNESS_M, 1e-9, 3)
+DEFAULT = Setting("independent", THICKNESS_M, 1e-9, MOST_ROUNDS)
 KEYS = ("step", *Setting._fields)
 
 
@@ -101,7 +102,7 @@ def _file_size(name: str) -> int:
 
 def settings(quick: bool) -> list[Setting]:
     """Return the default; then selections with rounds, with tolerances, and with thicknesses."""
-    rounds = (0, 3) if quick else ROUNDS
+    rounds = (0, MOST_ROUNDS) if quick else ROUNDS
     others = SELECTIONS[:1] if quick else SELECTIONS
     found = [DEFAULT]
     found += [DEFAULT._replace(selection=s, relinearize=r) for s, r in product(SELECTIONS, rounds)]
