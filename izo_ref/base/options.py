@@ -50,10 +50,10 @@ class Options:
             weights at the answer (docs/method section 6). 0 switches these rounds off.
         relinearize_gain: Smallest fraction by which a round has to lower the objective to be
             followed by another round.
-        relinearize_budget: A round begins only if the detections of the rounds before it found no
-            more impacts than this fraction of those that the main loop found, or than 10,000, which
-            take a fraction of a second. In deep contact, later rounds gain less than the first one
-            at the same cost: 4 instead of 17 % of the objective on armadillo-rollers.
+        relinearize_budget: A round begins only if the rounds before it did no more work than this
+            fraction of that of the main loop, or little work in all. Work is counted in vertices
+            that moved and impacts that were found. In deep contact, later rounds gain less than the
+            first one at the same cost: 4 instead of 17 % of the objective on armadillo-rollers.
         method: How a zone is solved. `auto` uses the closed form for one impact. It uses block
             pivoting for zones of up to `small_zone` impacts, and `active-set` where block pivoting
             gives up. For larger zones it uses `apgs` where that is fast, else `interior-point`;
@@ -100,7 +100,7 @@ class Options:
     max_iterations: int = 100
     relinearize: int = 5
     relinearize_gain: float = 1e-3
-    relinearize_budget: float = 0.3
+    relinearize_budget: float = 0.4
     method: str = "auto"
     line_search: str = "backtracking"
     multiplier_update: str = "every-step"

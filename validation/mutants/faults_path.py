@@ -53,8 +53,8 @@ PATHS = [
     Fault(
         "relinearisation-has-no-budget",
         "izo_ref/loop/resolve.py",
-        "        if _found_impacts(loop.history[n_main:]) > budget:\n",
-        "        if _found_impacts(loop.history[n_main:]) < 0:\n",
+        "        if _work(loop.history[n_main:]) > budget:\n",
+        "        if _work(loop.history[n_main:]) < 0:\n",
         "Rounds of new normals may take any multiple of the time of the main loop.",
         ("tests/loop/test_resolve.py::test_a_round_begins_only_within_the_budget",),
     ),
