@@ -129,7 +129,9 @@ class Impacts(NamedTuple):
 
     def take(self, index: Any) -> Impacts:
         """Return the impacts of an index array or a mask."""
-        return Impacts._make([column[index] for column in self])
+        places = index.nonzero()[0] if index.dtype == bool else index
+        # in brackets, a short index takes numpy four times as long
+        return Impacts._make([column.take(places, axis=0) for column in self])
 
 
 def no_impacts() -> Impacts:

@@ -11,9 +11,10 @@ import copy
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInts, Edges, Faces, Indices
+from izo_ref.base.arrays import Edges, Faces, Indices
 from izo_ref.base.records import Impacts, Pairs
 from izo_ref.detection.trees import morton_codes_of
+from izo_ref.loop.serial.numbering import order_sides
 from izo_ref.scene import Scene
 
 LARGEST_CORNER = (1 << 21) - 1  # three numbers up to this one fit into one of 63 bits
@@ -104,41 +105,7 @@ def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[I
     Returns:
         The impacts, and (n_impacts,) i8, the index that each had before.
     """
-    nodes = order[impacts.nodes].astype(np.int32)
-    weights, normals = impacts.weights.copy(), impacts.normals.copy()
-    vf, ee = ~impacts.is_edge_edge, impacts.is_edge_edge
-
-    corners = _corner_order(nodes[vf, 1:], faces, len(order))
-    nodes[vf, 1:] = np.take_along_axis(nodes[vf, 1:], corners, 1)
-    weights[vf, 1:] = np.take_along_axis(weights[vf, 1:], corners, 1)
-
-    for side in (slice(0, 2), slice(2, 4)):
-        ends = np.argsort(nodes[ee, side], axis=1)
-        nodes[ee, side] = np.take_along_axis(nodes[ee, side], ends, 1)
-        weights[ee, side] = np.take_along_axis(weights[ee, side], ends, 1)
-    swap = ee & (
-        (nodes[:, 0] > nodes[:, 2]) | ((nodes[:, 0] == nodes[:, 2]) & (nodes[:, 1] > nodes[:, 3]))
-    )
-    nodes[swap] = nodes[swap][:, [2, 3, 0, 1]]
-    weights[swap] = -weights[swap][:, [2, 3, 0, 1]]
-    normals[swap] = -normals[swap]
-
-    index = np.lexsort((impacts.toi, *nodes.T[::-1], impacts.is_edge_edge))
-    result = Impacts(nodes, impacts.is_edge_edge, impacts.toi, weights, normals)
-    return result.take(index), index
-
-
-def _corner_order(corners: AnyInts, faces: Faces, n_vertices: int) -> Indices:
-    """Return (n, 3) i8, how to permute each row of corners to make it a row of faces."""
-    if len(corners) == 0:
-        return np.empty((0, 3), np.int64)
-    wanted = np.zeros(n_vertices, bool)
-    wanted[corners] = True
-    a, b, c = faces.T
-    faces = faces[wanted[a] & wanted[b] & wanted[c]]  # few faces are left to be sorted
-    sorted_faces = np.sort(faces, axis=1)
-    by_row = np.lexsort(sorted_faces.T[::-1])
-    keys = np.ascontiguousarray(sorted_faces[by_row]).view([("", np.int32)] * 3).ravel()
-    own = np.ascontiguousarray(np.sort(corners, axis=1)).view(keys.dtype).ravel()
-    rows = faces[by_row[np.searchsorted(keys, own)]]
-    return np.argmax(rows[:, :, None] == corners[:, None, :], axis=2)
+    nodes, kinds, toi, weights, normals = Impacts._make(column.copy() for column in impacts)
+    order_sides(order, faces, kinds, nodes, weights, normals)
+    index = np.lexsort((toi, *nodes.T[::-1], kinds))
+    return Impacts(nodes, kinds, toi, weights, normals).take(index), index

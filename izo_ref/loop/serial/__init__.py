@@ -1,0 +1,1 @@
+"""Algorithms over one zone or one query, on one thread."""
