@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from izo_ref.base.arrays import (
+    AnyArray,
     Edges,
     Faces,
     Flags,
@@ -129,9 +130,14 @@ class Impacts(NamedTuple):
 
     def take(self, index: Any) -> Impacts:
         """Return the impacts of an index array or a mask."""
-        places = index.nonzero()[0] if index.dtype == bool else index
-        # in brackets, a short index takes numpy four times as long
-        return Impacts._make([column.take(places, axis=0) for column in self])
+        return Impacts._make(take_rows(self, index))
+
+
+def take_rows(columns: Iterable[AnyArray], index: Any) -> list[AnyArray]:
+    """Return the rows of an index array or a mask, of each of several arrays."""
+    places = index.nonzero()[0] if index.dtype == bool else index
+    # in brackets, a short index takes numpy four times as long
+    return [column.take(places, axis=0) for column in columns]
 
 
 def no_impacts() -> Impacts:

@@ -7,9 +7,10 @@ import numpy as np
 from izo_ref.base.arrays import Edges, Faces, Flags, Floats, Positions
 from izo_ref.base.mesh import median_length
 from izo_ref.base.options import RULES
-from izo_ref.base.records import Components, Impacts, PairCounts, Pairs, TreeOrders, join_impacts
+from izo_ref.base.records import Components, Impacts, PairCounts, Pairs, TreeOrders
 from izo_ref.detection.components import MeshComponents
-from izo_ref.detection.near_pairs import NearPairs, rows_differ
+from izo_ref.detection.known_impacts import KnownImpacts, rows_differ
+from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.trees import Elements, box_frame, tree_orders, vertex_boxes
 
@@ -94,10 +95,11 @@ class Detector:
             self._begin(positions_t1)
         else:
             self._renew_reach(positions_t1, moves)
-            for near in self._near:
-                near.update_impacts(positions_t1, moves, self.counts)
+            self._known.forget(moves)
+            contacts = [near.recheck(positions_t1, moves, self.counts) for near in self._near]
+            self._known.add(contacts, positions_t1)
         self._previous_t1 = positions_t1.copy()
-        return join_impacts(near.impacts for near in self._near)
+        return self._known.impacts
 
     def _reaches_left_out(self, positions_t1: Positions) -> bool:
         """Return whether a component in no tree moves now, or is reached by one that moves."""
@@ -116,8 +118,9 @@ class Detector:
             moving = rows_differ(self._positions_t0, positions_t1)
             if not moving.all():
                 self._refit(moving)
-        for near in self._near:
-            near.find(positions_t1, self.counts)
+        self._known = KnownImpacts(self._positions_t0, self._start_is_free, self._excluded)
+        contacts = [near.find_contacts(positions_t1, self.counts) for near in self._near]
+        self._known.add(contacts, positions_t1)
 
     def _make_trees(self, positions_t1: Positions) -> None:
         """Make the trees, without the components at rest that nothing reaches."""
@@ -137,10 +140,9 @@ class Detector:
             Elements(nodes, order, dtype) for nodes, order in zip(self._nodes, orders, strict=True)
         )
         self._elements = vertices, edges, faces
-        known = self._positions_t0, self._start_is_free, self._excluded
         self._near = (
-            NearPairs("vertex_face", vertices, faces, *known),
-            NearPairs("edge_edge", edges, edges, *known),
+            NearPairs("vertex_face", vertices, faces, self._positions_t0),
+            NearPairs("edge_edge", edges, edges, self._positions_t0),
         )
 
     def _renew_reach(self, positions_t1: Positions, moves: Floats) -> None:

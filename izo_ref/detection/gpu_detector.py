@@ -30,6 +30,7 @@ from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_g
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
+from izo_ref.detection.serial.contacts import VERTEX_FACE_OFFSET
 from izo_ref.detection.serial.tree import Tree
 from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
 
@@ -263,7 +264,7 @@ def _excluded_keys(scene: SceneArrays) -> Indices:
     faces = _row_numbers(scene.faces, nodes[~ee, 1:])
     one, other = _row_numbers(scene.edges, nodes[ee, :2]), _row_numbers(scene.edges, nodes[ee, 2:])
     low, high = np.minimum(one, other), np.maximum(one, other)
-    vertex_face = (nodes[~ee, 0] << 32 | faces) + contacts.VERTEX_FACE_OFFSET
+    vertex_face = (nodes[~ee, 0] << 32 | faces) + VERTEX_FACE_OFFSET
     return np.sort(np.concatenate((vertex_face, low << 32 | high)))
 
 

@@ -19,10 +19,10 @@ from izo_ref.base.arrays import (
     Offsets,
     Positions,
 )
-from izo_ref.base.ranges import ranges
 from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
+from izo_ref.detection.serial.near import pack_pairs
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 
 # Pairs for which each chunk of queries has room at first: eight for each query. Memory that is
@@ -66,23 +66,6 @@ class Elements:
             vertex_moved, vertex_boxes, tree.nodes, tree.levels, tree.lanes, tree.blocks
         )
 
-    def largest_moves(self, moves: Floats) -> Floats:
-        """Return how far the vertex of each element moves that moves farthest.
-
-        Args:
-            moves: (n_vertices,) f8 [m].
-
-        Returns:
-            (m,) f8 [m], in the order of the places.
-        """
-        largest = np.empty(len(self.tree.nodes))
-        kernels.compute_largest_moves(moves, self.tree.nodes, largest)
-        return largest
-
-    def in_lanes(self) -> Flags:
-        """Return whether the element in each place is marked in the tree, (>= m,) b1."""
-        return _unpacked(self.tree.lanes[: self.tree.levels[1]])
-
 
 def tree_orders(positions: Positions, edges: Edges, faces: Faces) -> TreeOrders:
     """Sort the vertices, the edges and the faces of a mesh along a Morton curve.
@@ -109,10 +92,6 @@ def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:
     blocks = np.empty((levels[-1], ROWS, WIDTH), dtype)
     blocks[levels[1:] - 1] = NOTHING  # so empty lanes hold boxes that meet nothing
     return blocks, np.zeros(levels[-1], np.uint8), levels
-
-
-def _unpacked(lanes: Bits) -> Flags:
-    return np.unpackbits(lanes, bitorder="little").view(bool)
 
 
 def morton_codes_of(positions: Positions, nodes: Ints) -> Indices:
@@ -190,7 +169,7 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
         (n, 2) i4, places of the query and the leaf.
     """
     n = -(-len(queries.tree.order) // CHUNK)
-    chunks = scattered(n)
+    chunks, starts = scattered(n), _rooms(n)
 
     def launch(chunks: Indices, starts: Offsets) -> tuple[Indices, Ints]:
         counts, pairs = np.empty(len(chunks), np.int64), np.empty((starts[-1], 2), np.int32)
@@ -207,15 +186,22 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
         )
         return counts, pairs
 
-    starts = ROOM * np.arange(n + 1)
     counts, pairs = launch(chunks, starts)
-    full = counts > ROOM
-    pairs = pairs[ranges(starts[:-1], np.where(full, 0, counts))]
-    if full.any():
-        ends = np.cumsum(counts[full])
-        _, more = launch(chunks[full], np.concatenate(([0], ends)))
+    pairs, n_full = pack_pairs(ROOM, counts, pairs)
+    if n_full:
+        full = counts > ROOM
+        _, more = launch(chunks[full], np.concatenate(([0], np.cumsum(counts[full]))))
         pairs = np.concatenate((pairs, more))
     return pairs
+
+
+@lru_cache(maxsize=64)
+def _rooms(n: int) -> Offsets:
+    """Return where the room of each of n chunks begins, and where the last one ends.
+
+    The result is kept, so it must not be changed.
+    """
+    return ROOM * np.arange(n + 1)
 
 
 @lru_cache(maxsize=64)

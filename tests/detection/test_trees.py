@@ -109,7 +109,8 @@ def test_only_pairs_with_a_moved_vertex_come_back(rng, n):
     }
     assert 0 < len(expected) < len(found(every, every))
     assert found(some, some) == expected
-    assert some.in_lanes()[: len(edges)].tolist() == moved[some.tree.nodes].any(axis=1).tolist()
+    marks = np.unpackbits(some.tree.lanes[: some.tree.levels[1]], bitorder="little")
+    assert marks[: len(edges)].tolist() == moved[some.tree.nodes].any(axis=1).tolist()
 
 
 def test_a_tree_follows_the_vertices_that_moved(rng):

@@ -15,9 +15,9 @@ BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 PATHS = [
     Fault(
         "pending-impacts-forgotten",
-        "izo_ref/detection/near_pairs.py",
-        "        self.impacts = join_impacts((self.impacts.take(still), found)).take(order)\n",
-        "        self._keys, self.impacts = self._impacts_of(*contacts, positions_t1)\n",
+        "izo_ref/detection/known_impacts.py",
+        "            self._keys, self.impacts = self._keys[still], self.impacts.take(still)\n",
+        "            self._keys, self.impacts = self._keys[:0], no_impacts()\n",
         "Incremental detection forgets the impacts of vertices that did not move since.",
         (RESOLVE,),
     ),

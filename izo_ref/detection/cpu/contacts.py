@@ -1,13 +1,8 @@
 """Find the pairs of two trees whose boxes meet, and the contacts among them."""
 
-from izo_ref.base.arrays import Codes, Floats, Indices, Ints, Nodes, Offsets, Positions, Times
-from izo_ref.base.compile import cpu_kernel, light_kernel
-from izo_ref.detection.serial.contacts import (
-    contacts_of_pairs,
-    crossings_of_pairs,
-    pair_key,
-    pair_nodes,
-)
+from izo_ref.base.arrays import Codes, Floats, Indices, Ints, Offsets, Positions, Times
+from izo_ref.base.compile import cpu_kernel
+from izo_ref.detection.serial.contacts import contacts_of_pairs, crossings_of_pairs
 from izo_ref.detection.serial.tree import ALL_LANES, WIDTH, Tree, pairs_of_block
 
 # Number of queries, or of pairs, that a thread takes at a time.
@@ -81,27 +76,6 @@ def find_contacts(
             directions_out,
             margins_out,
         )
-
-
-@light_kernel
-def gather_contact_nodes(
-    # In:
-    pairs: Ints,  # (n_pairs, 2) i4, places
-    first_order: Ints,  # (n_queries,) i4, element in each place, of vertices or edges
-    first_nodes: Ints,  # (n_queries, k) i4
-    second_order: Ints,  # (n_leaves,) i4, element in each place, of faces or edges
-    second_nodes: Ints,  # (n_leaves, l) i4
-    # Out:
-    keys_out: Indices,  # (n_pairs,) i8, to sort the pairs by their elements
-    nodes_out: Nodes,  # (n_pairs, 4) i4, vertex then face, or edge then edge
-) -> None:
-    """Write the sort key and the vertices of each pair."""
-    for i in range(pairs.shape[0]):
-        a, b = pairs[i, 0], pairs[i, 1]
-        keys_out[i] = pair_key(a, b, first_order, first_nodes, second_order)
-        nodes = pair_nodes(a, b, first_order, first_nodes, second_order, second_nodes)
-        for k in range(4):
-            nodes_out[i, k] = nodes[k]
 
 
 @cpu_kernel

@@ -76,19 +76,3 @@ def fit_tree(
         first, end = levels[level], levels[level + 1]
         for parent in range((end - first + WIDTH - 1) // WIDTH):
             parent_block(parent, first, end, False, lanes_out, blocks_out)
-
-
-@light_kernel
-def compute_largest_moves(
-    # In:
-    moves: Floats,  # (n_vertices,) f8  [m]
-    nodes: Ints,  # (n_elements, k) i4
-    # Out:
-    largest_out: Floats,  # (n_elements,) f8  [m]
-) -> None:
-    """Compute how far the vertex of each element moves that moves farthest."""
-    for i in range(nodes.shape[0]):
-        largest = moves[nodes[i, 0]]
-        for k in range(1, nodes.shape[1]):
-            largest = max(largest, moves[nodes[i, k]])
-        largest_out[i] = largest

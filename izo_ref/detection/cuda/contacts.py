@@ -12,9 +12,6 @@ from izo_ref.detection.serial.tree import WIDTH, Tree, pairs_of_block
 
 # Number of queries, or of pairs, that a thread takes.
 CHUNK = 1
-# Added to the keys of vertex-face pairs, which are not negative, so that they are sorted before
-# those of edge-edge pairs.
-VERTEX_FACE_OFFSET = -(2**63)
 
 
 @cuda_kernel
@@ -94,10 +91,8 @@ def gather_contacts(
     if i < index.shape[0]:
         j = index[i]
         a, b = pairs[j, 0], pairs[j, 1]
-        is_edge_edge = first.nodes.shape[1] == 2
-        key = pair_key(a, b, first.order, first.nodes, second.order)
-        keys_out[i] = key if is_edge_edge else key + VERTEX_FACE_OFFSET
-        is_edge_edge_out[i], toi_out[i] = is_edge_edge, pair_toi[j]
+        keys_out[i] = pair_key(a, b, first.order, first.nodes, second.order)
+        is_edge_edge_out[i], toi_out[i] = first.nodes.shape[1] == 2, pair_toi[j]
         nodes = pair_nodes(a, b, first.order, first.nodes, second.order, second.nodes)
         for k in range(4):
             nodes_out[i, k] = nodes[k]

@@ -19,6 +19,9 @@ from izo_ref.detection.formulas.advance import APART, advance
 from izo_ref.detection.formulas.crossing import edge_face_status
 from izo_ref.detection.serial.tree import Tree
 
+# Added to the keys of vertex-face pairs, so that they are sorted before those of edge-edge pairs.
+VERTEX_FACE_OFFSET = -(2**63)
+
 
 @compiled
 def row3(array: Floats, i: int) -> Vec3:
@@ -59,9 +62,14 @@ def pair_nodes(
 
 @compiled
 def pair_key(a: int, b: int, first_order: Ints, first_nodes: Ints, second_order: Ints) -> AnyInt:
-    """Return the sort key of places a and b: their elements, the lower one of two edges first."""
+    """Return the sort key of places a and b: kind, then elements, the lower one of two edges first.
+
+    Keys of edge-edge pairs are not negative, and those of vertex-face pairs are.
+    """
     first, second = np.int64(first_order[a]), np.int64(second_order[b])
-    if first_nodes.shape[1] == 2 and first > second:
+    if first_nodes.shape[1] == 1:
+        return ((first << 32) | second) + VERTEX_FACE_OFFSET
+    if first > second:
         first, second = second, first
     return (first << 32) | second
 
