@@ -40,21 +40,3 @@ def distinct(numbers: NDArray[Number]) -> NDArray[Number]:
     first = np.ones(len(ascending), bool)
     np.not_equal(ascending[1:], ascending[:-1], out=first[1:])
     return ascending[first]
-
-
-def members(values: NDArray[Any], offsets: Offsets, chosen: Indices) -> tuple[Any, Offsets]:
-    """Return the entries of chosen blocks, one block after the other.
-
-    Args:
-        values: (n, ...) entries, block by block.
-        offsets: (n_blocks + 1,) i8, where each block begins, and the end.
-        chosen: (m,) i8, the blocks.
-
-    Returns:
-        The entries, and (m + 1,) i8, where each chosen block begins in them, and the end.
-    """
-    starts = offsets[chosen]
-    counts = offsets[chosen + 1] - starts
-    chosen_offsets = np.zeros(len(chosen) + 1, np.int64)
-    np.cumsum(counts, out=chosen_offsets[1:])
-    return values[ranges(starts, counts)], chosen_offsets

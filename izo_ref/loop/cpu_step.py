@@ -128,7 +128,7 @@ class CpuStep(Step):
 
     def select(self) -> int:
         """Let impacts of the last detection enter the zones, and return how many did."""
-        hopeful = self.found.take(~self.stuck[self.found.nodes].any(axis=1))
+        hopeful = self.found.take(~self.stuck.take(self.found.nodes).any(axis=1))
         kept = select_impacts(hopeful, self.scene.pinned, self._options.selection)
         self.impacts = join_impacts((self.impacts, hopeful.take(kept)))
         return int(np.count_nonzero(kept))
@@ -137,12 +137,13 @@ class CpuStep(Step):
         """Solve the zones that have an impact from `first_new` on; return counts of zones."""
         zones = build_zones(self.scene, self.impacts)
         changed = np.maximum.reduceat(zones.impacts, zones.impact_offsets[:-1]) >= first_new
-        # Only changed zones get new starts: an unchanged zone that is solved again starts from
-        # where it started before.
         self.multipliers = _extended(self.multipliers, len(self.impacts.toi))
         self.starts = _extended(self.starts, len(self.impacts.toi))
         self.active = _extended(self.active, len(self.impacts.toi))
-        own = zones.part(np.flatnonzero(changed)).impacts
+        # Only changed zones get new starts: an unchanged zone that is solved again starts from
+        # where it started before.
+        sizes = zones.impact_offsets[1:] - zones.impact_offsets[:-1]
+        own = zones.impacts[changed.repeat(sizes)]
         self.starts[own] = np.where(self.active[own], self.multipliers[own], 0.0)
         stuck = self._spread_stuck(zones)
         dirty = changed if "changed-zones" in self._options.rules else np.ones(len(zones), bool)
@@ -162,7 +163,7 @@ class CpuStep(Step):
         own, vertices = zones.impacts, zones.vertices
         system = zone_system(self.scene, self.impacts, zones, self._thickness)
         solution = solve_system(system, self._options, start=self.starts[own])
-        solved = np.repeat(solution.feasible, np.diff(system.vertex_offsets))
+        solved = solution.feasible.repeat(system.vertex_offsets[1:] - system.vertex_offsets[:-1])
         positions: Floats = solution.positions[: len(vertices)]
         self.positions[vertices[solved]] = positions[solved]
         self.stuck[vertices[~solved]] = True

@@ -172,9 +172,11 @@ def _choose_small_zones(sizes: Indices, options: Options) -> tuple[Indices, Code
         return np.arange(len(sizes)), np.full(len(sizes), ACTIVE_SET, np.int8)
     if options.method == "interior-point":
         return np.empty(0, np.int64), np.empty(0, np.int8)
-    small = np.flatnonzero(sizes <= options.small_zone)
-    single = (sizes[small] == 1) & ("closed-form" in options.rules)
-    return small, np.where(single, CLOSED_FORM, BLOCK_PIVOT).astype(np.int8)
+    small = (sizes <= options.small_zone).nonzero()[0]
+    first_tried = np.full(len(small), BLOCK_PIVOT, np.int8)
+    if "closed-form" in options.rules:
+        first_tried[sizes[small] == 1] = CLOSED_FORM
+    return small, first_tried
 
 
 def _divide_work_space(impacts: int, vertices: int, n_slots: int) -> tuple[Offsets, Offsets]:

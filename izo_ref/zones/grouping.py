@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Indices, Offsets
-from izo_ref.base.ranges import members
 from izo_ref.base.records import Impacts, SceneArrays
-from izo_ref.zones.serial.grouping import number_zones, sort_by_zone
+from izo_ref.zones.serial.grouping import group_by_zone, take_zones
 
 
 class Zones(NamedTuple):
@@ -65,9 +64,10 @@ class Zones(NamedTuple):
         """
         if len(chosen) == len(self):
             return self
-        impacts, impact_offsets = members(self.impacts, self.impact_offsets, chosen)
-        vertices, vertex_offsets = members(self.vertices, self.vertex_offsets, chosen)
-        return Zones(impacts, impact_offsets, vertices, vertex_offsets)
+        return Zones(
+            *take_zones(self.impacts, self.impact_offsets, chosen),
+            *take_zones(self.vertices, self.vertex_offsets, chosen),
+        )
 
 
 def build_zones(scene: SceneArrays, impacts: Impacts) -> Zones:
@@ -87,14 +87,4 @@ def build_zones(scene: SceneArrays, impacts: Impacts) -> Zones:
 
     Source: docs/method section 2.
     """
-    zone_of_impact = np.empty(len(impacts.nodes), np.int64)
-    zone_of_vertex, parent = np.empty((2, len(scene.pinned)), np.int64)
-    n_zones = number_zones(impacts.nodes, scene.pinned, parent, zone_of_impact, zone_of_vertex)
-    return Zones(*_sorted(zone_of_impact, n_zones), *_sorted(zone_of_vertex, n_zones))
-
-
-def _sorted(zone_of: Indices, n_zones: int) -> tuple[Indices, Offsets]:
-    """Return what is in each zone, zone by zone, and where that of each zone begins."""
-    offsets, things = np.empty(n_zones + 1, np.int64), np.empty(len(zone_of), np.int64)
-    sort_by_zone(zone_of, offsets, things)
-    return things[: offsets[-1]].copy(), offsets
+    return Zones(*group_by_zone(impacts.nodes, scene.pinned))

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Indices, Masses, Nodes, Normals, Offsets, Positions, Weights
-from izo_ref.base.ranges import distinct
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.serial.grouping import number_vertices
 
 
 def zone_problem(
@@ -68,18 +68,15 @@ def zone_system(scene: SceneArrays, impacts: Impacts, zones: Zones, thickness: f
     Returns:
         The system; its impacts and unpinned vertices are those of the zones, in order.
     """
-    own = impacts.take(zones.impacts)
-    pinned = distinct(own.nodes[scene.pinned[own.nodes]])
-    vertices = np.concatenate((zones.vertices, pinned))
-    local = np.empty(len(scene.pinned), np.int32)
-    local[vertices] = np.arange(len(vertices))
+    own = zones.impacts
+    vertices, nodes = number_vertices(impacts.nodes, own, zones.vertices, scene.pinned)
     return ZoneSystem(
         zones.impact_offsets,
         zones.vertex_offsets,
-        local[own.nodes],
-        own.weights,
-        own.normals,
-        scene.positions_t1[vertices],
+        nodes,
+        impacts.weights.take(own, axis=0),
+        impacts.normals.take(own, axis=0),
+        scene.positions_t1.take(vertices, axis=0),
         np.where(scene.pinned[vertices], np.inf, scene.masses[vertices]),
         thickness,
     )

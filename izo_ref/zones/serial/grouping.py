@@ -40,25 +40,105 @@ def number_zones(
 
 
 @compiled
-def sort_by_zone(
-    zone_of: Indices,  # (n,) i8, the zone of each thing; -1 if it is in none
-    offsets_out: Offsets,  # (n_zones + 1,) i8, where the things of each zone begin, and the end
-    sorted_out: Indices,  # (n,) i8, the things, zone by zone, ascending in each; the rest is free
-) -> None:
-    """Sort things by their zone, by counting."""
-    n_zones = len(offsets_out) - 1
-    for zone in range(n_zones + 1):
-        offsets_out[zone] = 0
+def sort_by_zone(zone_of: Indices, n_zones: int) -> tuple[Indices, Offsets]:
+    """Sort things by their zone, by counting.
+
+    Args:
+        zone_of: (n,) i8, the zone of each thing; -1 if it is in none.
+        n_zones: Number of zones.
+
+    Returns:
+        The things, zone by zone, ascending in each; and (n_zones + 1,) i8, where the things of each
+        zone begin, and the end.
+    """
+    offsets = np.zeros(n_zones + 1, np.int64)
     for i in range(len(zone_of)):
         if zone_of[i] >= 0:
-            offsets_out[zone_of[i] + 1] += 1
+            offsets[zone_of[i] + 1] += 1
     for zone in range(n_zones):
-        offsets_out[zone + 1] += offsets_out[zone]
+        offsets[zone + 1] += offsets[zone]
+    things = np.empty(offsets[n_zones], np.int64)
     # each entry is moved on to its end, which is where the next zone begins
     for i in range(len(zone_of)):
         if zone_of[i] >= 0:
-            sorted_out[offsets_out[zone_of[i]]] = i
-            offsets_out[zone_of[i]] += 1
+            things[offsets[zone_of[i]]] = i
+            offsets[zone_of[i]] += 1
     for zone in range(n_zones, 0, -1):
-        offsets_out[zone] = offsets_out[zone - 1]
-    offsets_out[0] = 0
+        offsets[zone] = offsets[zone - 1]
+    offsets[0] = 0
+    return things, offsets
+
+
+@compiled
+def group_by_zone(nodes: Nodes, pinned: Flags) -> tuple[Indices, Offsets, Indices, Offsets]:
+    """Return the impacts and the unpinned vertices of each zone, and where those of each begin.
+
+    Args:
+        nodes: (n_impacts, 4) i4.
+        pinned: (n_vertices,) b1.
+    """
+    n_impacts, n_vertices = nodes.shape[0], pinned.shape[0]
+    zone_of_impact, zone_of_vertex = np.empty(n_impacts, np.int64), np.empty(n_vertices, np.int64)
+    parent = np.empty(n_vertices, np.int64)
+    n_zones = number_zones(nodes, pinned, parent, zone_of_impact, zone_of_vertex)
+    impacts, impact_offsets = sort_by_zone(zone_of_impact, n_zones)
+    vertices, vertex_offsets = sort_by_zone(zone_of_vertex, n_zones)
+    return impacts, impact_offsets, vertices, vertex_offsets
+
+
+@compiled
+def take_zones(things: Indices, offsets: Offsets, chosen: Indices) -> tuple[Indices, Offsets]:
+    """Return the things of chosen zones, zone by zone, and where those of each begin.
+
+    Args:
+        things: (n,) i8, zone by zone.
+        offsets: (n_zones + 1,) i8, where the things of each zone begin, and the end.
+        chosen: (m,) i8, the zones.
+    """
+    own_offsets = np.zeros(chosen.shape[0] + 1, np.int64)
+    for i in range(chosen.shape[0]):
+        own_offsets[i + 1] = own_offsets[i] + offsets[chosen[i] + 1] - offsets[chosen[i]]
+    own = np.empty(own_offsets[-1], np.int64)
+    for i in range(chosen.shape[0]):
+        for k in range(own_offsets[i + 1] - own_offsets[i]):
+            own[own_offsets[i] + k] = things[offsets[chosen[i]] + k]
+    return own, own_offsets
+
+
+@compiled
+def number_vertices(
+    nodes: Nodes, impacts: Indices, vertices: Indices, pinned: Flags
+) -> tuple[Indices, Nodes]:
+    """Number the vertices of zones: the unpinned ones in their order, then the pinned ones.
+
+    Args:
+        nodes: (n_impacts, 4) i4, of all impacts.
+        impacts: (n,) i8, the impacts of the zones.
+        vertices: (k,) i8, the unpinned vertices of the zones.
+        pinned: (n_vertices,) b1.
+
+    Returns:
+        (m,) i8, the vertex of each number; and (n, 4) i4, the numbers of the vertices of each
+        impact.
+    """
+    number = np.empty(pinned.shape[0], np.int32)
+    for i in range(vertices.shape[0]):
+        number[vertices[i]] = i
+    n_pinned = 0
+    for j in impacts:
+        for k in range(4):
+            if pinned[nodes[j, k]]:
+                number[nodes[j, k]] = -1
+                n_pinned += 1
+    numbered, n = np.empty(vertices.shape[0] + n_pinned, np.int64), vertices.shape[0]
+    for i in range(n):
+        numbered[i] = vertices[i]
+    own = np.empty((impacts.shape[0], 4), np.int32)
+    for i in range(impacts.shape[0]):
+        for k in range(4):
+            vertex = nodes[impacts[i], k]
+            if number[vertex] < 0:
+                number[vertex], numbered[n] = n, vertex
+                n += 1
+            own[i, k] = number[vertex]
+    return numbered[:n], own
