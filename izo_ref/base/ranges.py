@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from izo_ref.base.arrays import AnyInts, Indices, Offsets
+from izo_ref.base.arrays import AnyInts, Indices
 
 Number = TypeVar("Number", bound=np.generic)
 

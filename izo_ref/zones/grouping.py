@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from izo_ref.base.arrays import Indices, Offsets
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.zones.serial.grouping import group_by_zone, take_zones
