@@ -169,3 +169,6 @@ class Options:
         """Names of the rules that are applied."""
         named = {"needed": RULES, "everything": ()}
         return frozenset(named[self.plan] if isinstance(self.plan, str) else self.plan)
+
+
+DEFAULTS = Options()  # checking them takes 1 % of a step of 400 triangles

@@ -12,6 +12,7 @@ from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.known_impacts import KnownImpacts, rows_differ
 from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
+from izo_ref.detection.serial.reach import largest_moves, renew_reach
 from izo_ref.detection.trees import Elements, box_frame, tree_orders, vertex_boxes
 
 # A vertex that left its reach gets a new one: this many times its move since the last detection,
@@ -85,11 +86,10 @@ class Detector:
             pairs, sorted by their edges.
         """
         if self._previous_t1 is None:
-            moves = np.full(len(positions_t1), np.inf)
+            moves, n_moved = np.empty(0), len(positions_t1)
         else:
-            # the factor covers the rounding of the difference
-            moves = _largest(positions_t1 - self._previous_t1) * (1.0 + 2.0**-50)
-        self.counts = PairCounts(int(np.count_nonzero(moves)))
+            moves, n_moved = largest_moves(positions_t1, self._previous_t1)
+        self.counts = PairCounts(n_moved)
         is_first = self._previous_t1 is None or "incremental" not in self._rules
         if is_first or self._reaches_left_out(positions_t1):
             self._begin(positions_t1)
@@ -112,12 +112,11 @@ class Detector:
         """Look at all pairs, except those that a rule leaves out."""
         self._make_trees(positions_t1)
         self._centres, self._reach = positions_t1.copy(), np.zeros(len(positions_t1))
-        moving = np.ones(len(positions_t1), bool)
-        self._refit(moving)
         if "still" in self._rules and self._start_is_free:
-            moving = rows_differ(self._positions_t0, positions_t1)
-            if not moving.all():
-                self._refit(moving)
+            wanted = rows_differ(self._positions_t0, positions_t1)
+        else:
+            wanted = np.ones(len(positions_t1), bool)
+        self._refit(wanted, True)
         self._known = KnownImpacts(self._positions_t0, self._start_is_free, self._excluded)
         contacts = [near.find_contacts(positions_t1, self.counts) for near in self._near]
         self._known.add(contacts, positions_t1)
@@ -147,19 +146,17 @@ class Detector:
 
     def _renew_reach(self, positions_t1: Positions, moves: Floats) -> None:
         """Give a new reach to the vertices that left theirs, and find what is near them now."""
-        left = _largest(positions_t1 - self._centres) > self._reach
-        if not left.any():
-            return
         if self._far_reach is None:
             self._far_reach = FAR_REACH * median_length(self._positions_t0, self._nodes[1])
-        self._centres[left] = positions_t1[left]
-        self._reach[left] = np.minimum(REACH_PER_MOVE * moves[left], self._far_reach)
-        self._refit(left)
+        kept, left = (self._centres, self._reach), np.empty(len(moves), bool)
+        if renew_reach(positions_t1, moves, REACH_PER_MOVE, self._far_reach, *kept, left) == 0:
+            return
+        self._refit(left, False)
         for near in self._near:
             near.update_near()
 
-    def _refit(self, moved: Flags) -> None:
-        """Fit the boxes of the elements with a moved vertex, and mark these elements."""
+    def _refit(self, moved: Flags, everything: bool) -> None:
+        """Mark the elements with a moved vertex, and fit their boxes or those of all elements."""
         # A vertex is within its reach only up to the rounding of the difference that was compared;
         # the factor covers that. The bounds below are rounded, but a position is a float, and
         # rounding keeps the order: so the box holds the position.
@@ -172,10 +169,4 @@ class Detector:
             self._frame,
         )
         for elements in self._elements:
-            elements.refit(boxes, moved)
-
-
-def _largest(vectors: Positions) -> Floats:
-    """Return the largest absolute value of each row, (n,)."""
-    x, y, z = np.abs(vectors).T
-    return np.maximum(np.maximum(x, y), z)
+            elements.refit(boxes, moved, everything)

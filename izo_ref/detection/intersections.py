@@ -90,7 +90,7 @@ def _crossing_edges(positions: Positions, edges: Edges, faces: Faces, orders: Tr
     elements = Elements(edges, orders[1]), Elements(faces, orders[2])
     boxes, every = vertex_boxes(positions, positions, positions), np.ones(len(positions), bool)
     for side in elements:
-        side.refit(boxes, every)
+        side.refit(boxes, every, True)
     pairs = meeting_pairs(*elements)
     statuses = np.empty(len(pairs), np.int8)
     chunks = range(-(-len(pairs) // CHUNK))

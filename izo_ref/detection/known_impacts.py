@@ -1,6 +1,6 @@
 """The impacts that a detector knows, and keeps from one path to the next."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -38,24 +38,27 @@ class KnownImpacts:
         Args:
             moves: (n_vertices,) f8 [m], 0 for vertices that did not move.
         """
+        if len(self._keys) == 0:
+            return
         still = ~(moves.take(self.impacts.nodes) > 0.0).any(axis=1)
         if not still.all():
             self._keys, self.impacts = self._keys[still], self.impacts.take(still)
 
-    def add(self, contacts: Iterable[Contacts], positions_t1: Positions) -> None:
+    def add(self, contacts: Sequence[Contacts], positions_t1: Positions) -> None:
         """Add the impacts among some contacts.
 
         Args:
             contacts: Contacts of pairs that are not known as impacts.
             positions_t1: (n_vertices, 3) f8 [m], ends of the path.
         """
+        if not any(len(part.keys) for part in contacts):
+            return
         joined = Contacts._make([np.concatenate(parts) for parts in zip(*contacts, strict=True)])
-        if len(joined.keys):
-            keys, found = self._impacts_of(joined, positions_t1)
-            keys = np.concatenate((self._keys, keys))
-            order = np.argsort(keys)
-            self._keys = keys.take(order)
-            self.impacts = join_impacts((self.impacts, found)).take(order)
+        keys, found = self._impacts_of(joined, positions_t1)
+        keys = np.concatenate((self._keys, keys))
+        order = np.argsort(keys)
+        self._keys = keys.take(order)
+        self.impacts = join_impacts((self.impacts, found)).take(order)
 
     def _impacts_of(self, contacts: Contacts, positions_t1: Positions) -> tuple[Indices, Impacts]:
         """Return the impacts among some contacts, and their keys."""

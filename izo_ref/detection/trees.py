@@ -52,18 +52,19 @@ class Elements:
 
     def __init__(self, nodes: Ints, order: Ints, dtype: DTypeLike = np.float32) -> None:
         """Make the tree with empty boxes."""
-        self.tree = Tree(order, np.ascontiguousarray(nodes[order]), *bare_tree(len(order), dtype))
+        self.tree = Tree(order, nodes.take(order, axis=0), *bare_tree(len(order), dtype))
 
-    def refit(self, vertex_boxes: AnyFloats, vertex_moved: Flags) -> None:
-        """Mark the elements with a moved vertex, and fit their boxes and those above them.
+    def refit(self, vertex_boxes: AnyFloats, vertex_moved: Flags, everything: bool) -> None:
+        """Mark the elements with a moved vertex, and fit boxes and those above them.
 
         Args:
             vertex_boxes: (n_vertices, 9), as `vertex_boxes` makes them.
             vertex_moved: (n_vertices,) b1.
+            everything: Whether to fit the boxes of all elements, or only of those that are marked.
         """
         tree = self.tree
         kernels.fit_tree(
-            vertex_moved, vertex_boxes, tree.nodes, tree.levels, tree.lanes, tree.blocks
+            vertex_moved, vertex_boxes, everything, tree.nodes, tree.levels, tree.lanes, tree.blocks
         )
 
 
@@ -85,13 +86,22 @@ def tree_orders(positions: Positions, edges: Edges, faces: Faces) -> TreeOrders:
 
 def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:
     """Return the blocks, lanes and levels of a `Tree` over n elements; the boxes are not set."""
-    sizes = [-(-max(n, 1) // WIDTH)]
-    while sizes[-1] > 1 or len(sizes) == 1:
-        sizes.append(-(-sizes[-1] // WIDTH))
-    levels = np.concatenate(([0], np.cumsum(sizes)))
+    levels = _levels(n)
     blocks = np.empty((levels[-1], ROWS, WIDTH), dtype)
     blocks[levels[1:] - 1] = NOTHING  # so empty lanes hold boxes that meet nothing
     return blocks, np.zeros(levels[-1], np.uint8), levels
+
+
+@lru_cache(maxsize=64)
+def _levels(n: int) -> Offsets:
+    """Return the levels of a `Tree` over n elements; the result is kept, so it must not be changed.
+
+    In small steps, making it takes longer than fitting the boxes.
+    """
+    sizes = [-(-max(n, 1) // WIDTH)]
+    while sizes[-1] > 1 or len(sizes) == 1:
+        sizes.append(-(-sizes[-1] // WIDTH))
+    return np.concatenate(([0], np.cumsum(sizes)))
 
 
 def morton_codes_of(positions: Positions, nodes: Ints) -> Indices:

@@ -128,6 +128,8 @@ class CpuStep(Step):
 
     def select(self) -> int:
         """Let impacts of the last detection enter the zones, and return how many did."""
+        if len(self.found.toi) == 0:
+            return 0
         hopeful = self.found.take(~self.stuck.take(self.found.nodes).any(axis=1))
         kept = select_impacts(hopeful, self.scene.pinned, self._options.selection)
         self.impacts = join_impacts((self.impacts, hopeful.take(kept)))

@@ -13,7 +13,7 @@ from izo_ref.base import checks
 from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.mesh import median_length
-from izo_ref.base.options import Options
+from izo_ref.base.options import DEFAULTS, Options
 from izo_ref.base.records import Impacts, SceneArrays, Status
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
@@ -127,7 +127,7 @@ def resolve(
 
     Source: docs/method sections 6 and 7.
     """
-    options = options or Options()
+    options = options or DEFAULTS
     device = choose_device(device, scene)
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
     thickness = _choose_thickness(scene, thickness, options)

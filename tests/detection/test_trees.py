@@ -32,9 +32,7 @@ def trees(start, end, *nodes, moved=None, dtype=np.float32):
         for part in nodes
     ]
     for part in elements:
-        part.refit(boxes, np.ones(len(start), bool))
-        if moved is not None:
-            part.refit(boxes, moved)
+        part.refit(boxes, np.ones(len(start), bool) if moved is None else moved, everything=True)
     return elements
 
 
@@ -90,7 +88,7 @@ def test_pairs_cover_every_end_within_the_reach(rng):
     edges = edges_of(faces)
     reach = 0.05 * rng.random((len(start), 1))
     (e,) = trees(start, end, edges)
-    e.refit(vertex_boxes(start, end - reach, end + reach), np.ones(len(start), bool))
+    e.refit(vertex_boxes(start, end - reach, end + reach), np.ones(len(start), bool), True)
     pairs = found(e, e)
     for _ in range(20):
         other = end + reach * rng.uniform(-1.0, 1.0, end.shape)
@@ -120,7 +118,7 @@ def test_a_tree_follows_the_vertices_that_moved(rng):
     moved = rng.random(len(start)) < 0.1
     last = np.where(moved[:, None], end, start)
     boxes = vertex_boxes(start, last, last)
-    e.refit(boxes, moved)
+    e.refit(boxes, moved, everything=False)
     (new,) = trees(start, last, edges, moved=moved)
     assert found(e, e) == found(new, new)
 
@@ -146,7 +144,7 @@ def test_a_tree_of_chosen_elements_finds_their_pairs_alone(rng):
     edges = edges_of(faces)
     ids = rng.permutation(len(edges))[: len(edges) // 2].astype(np.int32)
     chosen = Elements(edges, ids)
-    chosen.refit(vertex_boxes(start, end, end), np.ones(len(start), bool))
+    chosen.refit(vertex_boxes(start, end, end), np.ones(len(start), bool), True)
     (every,) = trees(start, end, edges)
     own = set(ids.tolist())
     assert found(chosen, chosen) == {(i, j) for i, j in found(every, every) if {i, j} <= own}

@@ -23,9 +23,9 @@ PATHS = [
     ),
     Fault(
         "moved-along-all-axes",
-        "izo_ref/detection/detector.py",
-        "            moves = _largest(positions_t1 - self._previous_t1) * (1.0 + 2.0**-50)\n",
-        "            moves = np.abs(positions_t1 - self._previous_t1).min(axis=1)\n",
+        "izo_ref/detection/serial/reach.py",
+        "    return max(abs(a[i, 0] - b[i, 0]), abs(a[i, 1] - b[i, 1]), abs(a[i, 2] - b[i, 2]))\n",
+        "    return min(abs(a[i, 0] - b[i, 0]), abs(a[i, 1] - b[i, 1]), abs(a[i, 2] - b[i, 2]))\n",
         "Incremental detection does not look again at vertices that moved along some axes only.",
         (
             "tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face",

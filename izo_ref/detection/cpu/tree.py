@@ -61,18 +61,19 @@ def fit_tree(
     # In:
     vertex_moved: Flags,  # (n_vertices,) b1
     vertex_boxes: AnyFloats,  # (n_vertices, 9) f4
+    everything: bool,  # b1, whether to fit all boxes, or only those with a mark
     nodes: Ints,  # (n_elements, k) i4
     levels: Offsets,  # (n_levels + 1,) i8, the first block of each level, and the end
     # Out:
     lanes_out: Bits,  # (m,) u1, bit k: a vertex in or below lane k of the block moved
-    blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4, written where a lane is marked
+    blocks_out: AnyFloats,  # (m, ROWS, WIDTH) f4
 ) -> None:
-    """Mark the elements that have a moved vertex, and fit their boxes and those above them."""
+    """Mark the elements that have a moved vertex, and fit boxes and those above them."""
     for block in range((nodes.shape[0] + WIDTH - 1) // WIDTH):
         lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
-        if lanes_out[block] != 0:
+        if everything or lanes_out[block] != 0:
             element_block(block, vertex_boxes, nodes, blocks_out)
     for level in range(levels.shape[0] - 2):
         first, end = levels[level], levels[level + 1]
         for parent in range((end - first + WIDTH - 1) // WIDTH):
-            parent_block(parent, first, end, False, lanes_out, blocks_out)
+            parent_block(parent, first, end, everything, lanes_out, blocks_out)
