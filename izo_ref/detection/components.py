@@ -8,6 +8,7 @@ import numpy as np
 
 from izo_ref.base.arrays import Faces, Flags, Indices, Positions
 from izo_ref.base.serial.components import impact_components
+from izo_ref.detection.serial.reach import moving_vertices
 
 # Up to this many moving components are compared one by one. If there are more, the box about all
 # of them is compared.
@@ -71,7 +72,7 @@ class MeshComponents:
     def moving(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
         """Return which components have a vertex that moves, (count,) b1."""
         moving = np.zeros(self.count, bool)
-        moving[self.component[(positions_t0 != positions_t1).any(axis=1)]] = True
+        moving[self.component[moving_vertices(positions_t0, positions_t1)]] = True
         return moving
 
     def out_of_reach(self, positions_t0: Positions, positions_t1: Positions) -> Flags:

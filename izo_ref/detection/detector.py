@@ -9,10 +9,10 @@ from izo_ref.base.mesh import median_length
 from izo_ref.base.options import RULES
 from izo_ref.base.records import Components, Impacts, PairCounts, Pairs, TreeOrders
 from izo_ref.detection.components import MeshComponents
-from izo_ref.detection.known_impacts import KnownImpacts, rows_differ
+from izo_ref.detection.known_impacts import KnownImpacts
 from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
-from izo_ref.detection.serial.reach import largest_moves, renew_reach
+from izo_ref.detection.serial.reach import largest_moves, moving_vertices, renew_reach
 from izo_ref.detection.trees import Elements, box_frame, tree_orders, vertex_boxes
 
 # A vertex that left its reach gets a new one: this many times its move since the last detection,
@@ -110,23 +110,22 @@ class Detector:
 
     def _begin(self, positions_t1: Positions) -> None:
         """Look at all pairs, except those that a rule leaves out."""
-        self._make_trees(positions_t1)
+        moving = moving_vertices(self._positions_t0, positions_t1)
+        self._make_trees(positions_t1, moving.all())
         self._centres, self._reach = positions_t1.copy(), np.zeros(len(positions_t1))
-        if "still" in self._rules and self._start_is_free:
-            wanted = rows_differ(self._positions_t0, positions_t1)
-        else:
-            wanted = np.ones(len(positions_t1), bool)
-        self._refit(wanted, True)
+        if not ("still" in self._rules and self._start_is_free):
+            moving[:] = True
+        self._refit(moving, True)
         self._known = KnownImpacts(self._positions_t0, self._start_is_free, self._excluded)
         contacts = [near.find_contacts(positions_t1, self.counts) for near in self._near]
         self._known.add(contacts, positions_t1)
 
-    def _make_trees(self, positions_t1: Positions) -> None:
+    def _make_trees(self, positions_t1: Positions, all_move: bool) -> None:
         """Make the trees, without the components at rest that nothing reaches."""
         self._frame = box_frame(self._positions_t0) if len(positions_t1) else None
         orders, self._left_out = self._orders, None
         may_leave_out = "one-box" in self._rules and self._start_is_free
-        if may_leave_out and not rows_differ(self._positions_t0, positions_t1).all():
+        if may_leave_out and not all_move:
             far = self._components.out_of_reach(self._positions_t0, positions_t1)
             if far.any():
                 self._left_out, kept = far, ~far[self._components.component]

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from izo_ref.base.arrays import Flags, Floats, Indices, Positions
+from izo_ref.base.arrays import Floats, Indices, Positions
 from izo_ref.base.records import Impacts, Pairs, join_impacts, no_impacts
 from izo_ref.detection.cpu import frames as kernels
 from izo_ref.detection.near_pairs import Contacts
 from izo_ref.detection.pair_keys import pair_keys
+from izo_ref.detection.serial.reach import moving_vertices
 
 
 class KnownImpacts:
@@ -62,7 +63,7 @@ class KnownImpacts:
 
     def _impacts_of(self, contacts: Contacts, positions_t1: Positions) -> tuple[Indices, Impacts]:
         """Return the impacts among some contacts, and their keys."""
-        moving = rows_differ(self._positions_t0, positions_t1)
+        moving = moving_vertices(self._positions_t0, positions_t1)
         if self._start_is_free and not moving.all():
             contacts = contacts.take(moving.take(contacts.nodes).any(axis=1))
         if self._excluded is not None:
@@ -75,8 +76,3 @@ class KnownImpacts:
             self._positions_t0, positions_t1, nodes, kinds, toi, directions, weights, normals
         )
         return keys, Impacts(nodes, kinds, toi, weights, normals)
-
-
-def rows_differ(a: Positions, b: Positions) -> Flags:
-    """Return which rows of two arrays of points differ, (n,) b1."""
-    return (a[:, 0] != b[:, 0]) | (a[:, 1] != b[:, 1]) | (a[:, 2] != b[:, 2])

@@ -13,7 +13,7 @@ import numpy as np
 from numba import get_num_threads
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Codes, Flags, Floats, Indices, Ints, Multipliers, Offsets
+from izo_ref.base.arrays import Codes, Flags, Floats, Ints, Multipliers
 from izo_ref.base.devices import implementation
 from izo_ref.base.errors import DeviceUnavailableError
 from izo_ref.base.options import LAGRANGIAN, SWEEPS, Options
@@ -33,7 +33,7 @@ from izo_ref.solvers.serial.small_zone import (
     BLOCK_PIVOT,
     CLOSED_FORM,
     Limits,
-    work_of_small_zone,
+    choose_small_zones,
 )
 from izo_ref.solvers.sweeps import sweep
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution, residuals
@@ -44,9 +44,9 @@ METHOD_NAMES = np.array(
     ["closed-form", "block-pivot", "active-set", "interior-point", "apgs", "pivoting"]
 )
 INTERIOR_POINT = 3
-# The small zones of a system are solved on the calling thread up to this much work. A zone of n
-# impacts counts as n (n + 60) units, or a little more, and a unit takes some 5 ns. So a launch
-# over all threads pays off from some 100 us of work on.
+# The small zones of a system are solved on the calling thread up to this much work, in units of
+# `choose_small_zones`. A unit takes some 5 ns, or a little more. So a launch over all threads pays
+# off from some 100 us of work on.
 SERIAL_WORK = 20_000
 
 
@@ -123,18 +123,15 @@ def _solve_small_zones(
     multipliers, z = np.empty(n_impacts), np.zeros((len(system.proposed), 3))
     methods, solved = np.full(n_zones, INTERIOR_POINT, np.int8), np.zeros(n_zones, bool)
     steps = np.zeros(n_zones, np.int32)
-    zone_sizes = system.impact_offsets[1:] - system.impact_offsets[:-1]
-    zones, first_tried = _choose_small_zones(zone_sizes, options)
+    zones, first_tried, work, n_numbers, n_indices = choose_small_zones(
+        system.impact_offsets, system.vertex_offsets, *_small_zones_of_method(options, n_impacts)
+    )
     if len(zones) == 0:  # large zones alone: the kernel need not be compiled
         return _Answers(multipliers, z, np.zeros(n_impacts, bool), methods, solved, steps)
-    sizes = zone_sizes[zones]
-    is_little = (sizes * (sizes + 60)).sum() <= SERIAL_WORK
-    on_one_thread = is_little and "small-launches" in options.rules
+    on_one_thread = work <= SERIAL_WORK and "small-launches" in options.rules
     kernel = kernels.solve_small_zones.alone if on_one_thread else kernels.solve_small_zones
     n_slots = 1 if on_one_thread else get_num_threads()
-    vertices = system.vertex_offsets[1:] - system.vertex_offsets[:-1]
-    most = sizes.max(initial=0), vertices[zones].max(initial=0)
-    number_starts, index_starts = _divide_work_space(*most, n_slots)
+    slots = np.arange(n_slots + 1)
     violation_m = options.violation_tolerance * system.thickness
     kernel(
         range(n_slots),
@@ -148,45 +145,29 @@ def _solve_small_zones(
         constraints.rhs,
         constraints.lengths,
         Limits(options.gap_tolerance, violation_m, FARTHEST),
-        number_starts,
-        index_starts,
+        n_numbers * slots,
+        n_indices * slots,
         multipliers,
         z.ravel(),
         methods,
         solved,
         steps,
-        np.empty(number_starts[-1]),
-        np.empty(index_starts[-1], np.int32),
+        np.empty(n_numbers * n_slots),
+        np.empty(n_indices * n_slots, np.int32),
     )
     return _Answers(multipliers, z, multipliers > 0.0, methods, solved, steps)
 
 
-def _choose_small_zones(sizes: Indices, options: Options) -> tuple[Indices, Codes]:
-    """Return the zones that take one thread each, and the method to try first for each.
+def _small_zones_of_method(options: Options, n_impacts: int) -> tuple[int, int, int]:
+    """Return the impacts of the largest small zone, and the methods to try first.
 
-    Args:
-        sizes: (n_zones,) i8, impacts of each zone.
-        options: The method, and the largest number of impacts of a small zone.
+    The first method is for zones of several impacts, the second for zones of one.
     """
     if options.method == "active-set":
-        return np.arange(len(sizes)), np.full(len(sizes), ACTIVE_SET, np.int8)
-    if options.method == "interior-point":
-        return np.empty(0, np.int64), np.empty(0, np.int8)
-    small = (sizes <= options.small_zone).nonzero()[0]
-    first_tried = np.full(len(small), BLOCK_PIVOT, np.int8)
-    if "closed-form" in options.rules:
-        first_tried[sizes[small] == 1] = CLOSED_FORM
-    return small, first_tried
-
-
-def _divide_work_space(impacts: int, vertices: int, n_slots: int) -> tuple[Offsets, Offsets]:
-    """Return where the numbers and the indices of each slot begin in the work space.
-
-    A slot solves one zone after the other, so each slot has room for the largest numbers of impacts
-    and of vertices.
-    """
-    numbers, indices = work_of_small_zone(impacts, vertices)
-    return numbers * np.arange(n_slots + 1), indices * np.arange(n_slots + 1)
+        return n_impacts, ACTIVE_SET, ACTIVE_SET
+    largest = 0 if options.method == "interior-point" else options.small_zone
+    single = CLOSED_FORM if "closed-form" in options.rules else BLOCK_PIVOT
+    return largest, BLOCK_PIVOT, single
 
 
 def _solve_large_zone(

@@ -16,7 +16,9 @@ constraints are nearly dependent, so the residuals of the answer decide whether 
 import math
 from typing import NamedTuple
 
-from izo_ref.base.arrays import AnyInt, Floats, Ints, Normals
+import numpy as np
+
+from izo_ref.base.arrays import AnyInt, Codes, Floats, Indices, Ints, Normals, Offsets
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
 from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
@@ -40,6 +42,37 @@ def work_of_small_zone(n: int, n_vertices: int) -> tuple[int, int]:
     """Return the work space of a zone of n impacts, in f8 numbers and in i4 indices."""
     of_pivot, of_set = work_of_block_pivot(n, n_vertices), work_of_active_set(n, n_vertices)
     return max(of_pivot[0], of_set[0]), max(of_pivot[1], of_set[1])
+
+
+@compiled
+def choose_small_zones(
+    impact_offsets: Offsets, vertex_offsets: Offsets, largest: int, method: int, single: int
+) -> tuple[Indices, Codes, int, int, int]:
+    """Choose the zones that take one thread each.
+
+    Args:
+        impact_offsets: (n_zones + 1,) i8, where the impacts of each zone begin, and the end.
+        vertex_offsets: (n_zones + 1,) i8, the same for its unpinned vertices.
+        largest: Largest number of impacts of such a zone.
+        method: Method to try first for zones of several impacts.
+        single: Method for zones of one impact.
+
+    Returns:
+        (n,) i8, the zones; (n,) i1, the method to try first for each; how much work they are, where
+        a zone of n impacts counts as n (n + 60); and the work space of the largest, in f8 numbers
+        and in i4 indices.
+    """
+    n_zones, n, work, n_numbers, n_indices = impact_offsets.shape[0] - 1, 0, 0, 0, 0
+    zones, methods = np.empty(n_zones, np.int64), np.empty(n_zones, np.int8)
+    for zone in range(n_zones):
+        size = impact_offsets[zone + 1] - impact_offsets[zone]
+        if size > largest:
+            continue
+        zones[n], methods[n] = zone, single if size == 1 else method
+        n, work = n + 1, work + size * (size + 60)
+        needed = work_of_small_zone(size, vertex_offsets[zone + 1] - vertex_offsets[zone])
+        n_numbers, n_indices = max(n_numbers, needed[0]), max(n_indices, needed[1])
+    return zones[:n], methods[:n], work, n_numbers, n_indices
 
 
 @compiled
