@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from izo_ref.solvers.solve import solve_zone
     from izo_ref.zones.distance import distance_bound
     from izo_ref.zones.grouping import Zones, build_zones
-    from izo_ref.zones.problem import Residuals, ZoneProblem, ZoneSolution, residuals
+    from izo_ref.zones.problem import Residuals, ZoneProblem, ZoneSolution
+    from izo_ref.zones.residuals import residuals
     from izo_ref.zones.system import zone_problem
 
 __all__ = [
@@ -67,7 +68,8 @@ _MODULES = {
     "solvers.solve": ("solve_zone",),
     "zones.distance": ("distance_bound",),
     "zones.grouping": ("Zones", "build_zones"),
-    "zones.problem": ("Residuals", "ZoneProblem", "ZoneSolution", "residuals"),
+    "zones.problem": ("Residuals", "ZoneProblem", "ZoneSolution"),
+    "zones.residuals": ("residuals",),
     "zones.system": ("zone_problem",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

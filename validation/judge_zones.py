@@ -12,7 +12,8 @@ from izo_ref.base.options import Options
 from izo_ref.scene import Scene
 from izo_ref.zones.distance import distance_bound
 from izo_ref.zones.grouping import build_zones
-from izo_ref.zones.problem import ZoneProblem, residuals
+from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import zone_problem
 from validation.judge import Fact
 from validation.oracles import nnls, qp, slsqp

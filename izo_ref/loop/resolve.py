@@ -26,7 +26,8 @@ from izo_ref.loop.step import Step
 from izo_ref.scene import Scene
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
-from izo_ref.zones.problem import Residuals, ZoneProblem, residuals_of_zones
+from izo_ref.zones.problem import Residuals
+from izo_ref.zones.residuals import residuals_of_zones
 from izo_ref.zones.system import zone_system
 
 # Work that the rounds with new normals may always do, see `_work`: 0.04 to 0.2 s.
@@ -273,12 +274,9 @@ def _judge(
 ) -> list[Residuals]:
     """Compute the residuals of each zone from the positions and multipliers that are returned."""
     system = zone_system(scene, impacts, zones, thickness)
-    # the arrays that the residuals read, in the order of the fields of a problem
-    problem = ZoneProblem(*system[2:])
     ends = np.empty_like(system.proposed)
     ends[system.nodes] = positions[impacts.nodes[zones.impacts]]
-    offsets = system.impact_offsets, system.vertex_offsets
-    return residuals_of_zones(problem, ends, multipliers[zones.impacts], *offsets)
+    return residuals_of_zones(system, ends, multipliers[zones.impacts])
 
 
 def _verdict(

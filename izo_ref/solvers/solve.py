@@ -36,7 +36,8 @@ from izo_ref.solvers.serial.small_zone import (
     choose_small_zones,
 )
 from izo_ref.solvers.sweeps import sweep
-from izo_ref.zones.problem import ZoneProblem, ZoneSolution, residuals
+from izo_ref.zones.problem import ZoneProblem, ZoneSolution
+from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import ZoneSystem, problem_system
 
 # The name of a method, by its code. `solvers/serial/small_zone.py` has the first three codes.

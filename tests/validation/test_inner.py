@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from izo_ref.solvers.solve import solve_zone
-from izo_ref.zones.problem import residuals
+from izo_ref.zones.residuals import residuals
 from validation.oracles.answer import scaled_zone
 from validation.rows import Rows, read
 from validation.scenes.piles import chain_zone, pinch_zone, stack_zone

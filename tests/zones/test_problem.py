@@ -7,8 +7,8 @@ import pytest
 
 import izo_ref
 from izo_ref.base import errors
-from izo_ref.zones.problem import ZoneProblem, residuals_of_zones
-from izo_ref.zones.system import zone_system
+from izo_ref.zones.residuals import residuals_of_zones
+from izo_ref.zones.system import ZoneSystem, zone_system
 from tests.helpers.shapes import ONE_IMPACT, one_impact_problem, random_problem, two_sheets
 from tests.naive.qp import dense_rows
 
@@ -119,14 +119,11 @@ def test_zones_side_by_side_are_judged_as_on_their_own(rng):
     impacts = impacts.take(rng.permutation(len(impacts.toi))[:20])
     zones = izo_ref.build_zones(scene, impacts)
     system = zone_system(scene, impacts, zones, 1e-3)
-    every = ZoneProblem(*system[2:])
-    positions = every.proposed + 1e-3 * rng.normal(size=every.proposed.shape)
-    positions[np.isinf(every.masses)] = every.proposed[np.isinf(every.masses)]
+    positions = system.proposed + 1e-3 * rng.normal(size=system.proposed.shape)
+    positions[np.isinf(system.masses)] = system.proposed[np.isinf(system.masses)]
     positions[system.vertex_offsets[1]] = np.nan  # of the second zone
-    multipliers = rng.normal(size=len(every.nodes))
-    judged = residuals_of_zones(
-        every, positions, multipliers, system.impact_offsets, system.vertex_offsets
-    )
+    multipliers = rng.normal(size=len(system.nodes))
+    judged = residuals_of_zones(system, positions, multipliers)
     assert len(judged) == len(zones) > 2
     for zone, found in enumerate(judged):
         own = slice(*system.impact_offsets[zone : zone + 2])
@@ -142,5 +139,6 @@ def test_zones_side_by_side_are_judged_as_on_their_own(rng):
 
 def test_zones_are_judged_where_there_are_none():
     nowhere, start = np.empty((0, 3)), np.zeros(1, int)
-    none = ZoneProblem(np.empty((0, 4), int), np.empty((0, 4)), nowhere, nowhere, [], 1.0)
-    assert residuals_of_zones(none, nowhere, np.empty(0), start, start) == []
+    nothing = np.empty((0, 4), np.int32), np.empty((0, 4)), nowhere, nowhere, np.empty(0)
+    none = ZoneSystem(start, start, *nothing, 1.0)
+    assert residuals_of_zones(none, nowhere, np.empty(0)) == []

@@ -15,7 +15,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Floats, Multipliers
-from izo_ref.zones.problem import ZoneProblem, residuals
+from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.residuals import residuals
 from validation.oracles.answer import scaled_zone
 from validation.rows import Rows
 from validation.scenes.zones import random_zone

@@ -18,7 +18,8 @@ from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.distance import distance_bound
-from izo_ref.zones.problem import ZoneProblem, ZoneSolution, residuals
+from izo_ref.zones.problem import ZoneProblem, ZoneSolution
+from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import zone_problem
 from validation.oracles import nnls, qp, slsqp
 from validation.oracles.answer import Answer, mass_norm

@@ -1,0 +1,65 @@
+"""The residuals that judge every solver."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from izo_ref.base.arrays import Multipliers, Positions
+from izo_ref.zones.problem import Residuals, ZoneProblem
+from izo_ref.zones.serial.residuals import judge_zones
+from izo_ref.zones.system import ZoneSystem
+
+
+def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multipliers) -> Residuals:
+    """Judge positions and multipliers of a zone without asking the solver.
+
+    The gap between p(x) and the dual function at l+ = max(l, 0) is, for any x and l,
+    1/2 |M (x - y) - A^T l+|^2 + l+ . (A x - d), with the norm of M^-1. In this form nothing
+    cancels. The second term is computed with |A x - d|, so that a violation cannot hide a gap.
+
+    The floors: each coordinate of x is a float, with an error of up to u |x|, where u = 2^-53. Each
+    product in a frozen gap has such an error, too. The absolute weights sum to 2, so a frozen gap
+    has an error of up to 8 u |x| |N|_1. The bound uses the largest coordinate for |x| and sqrt 3
+    for |N|_1. Far from the origin that is more than any tolerance.
+
+    Args:
+        problem: The zone problem.
+        positions: (n, 3) f8 [m], the positions x.
+        multipliers: (n_impacts,) f8 [kg], the multipliers l.
+
+    Returns:
+        The residuals.
+
+    Source: docs/method section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
+    """
+    whole = ZoneSystem(
+        np.array([0, len(problem.nodes)]),
+        np.array([0, len(problem.proposed)]),
+        problem.nodes,
+        problem.weights,
+        problem.normals,
+        problem.proposed,
+        problem.masses,
+        problem.thickness,
+    )
+    return residuals_of_zones(whole, positions, multipliers)[0]
+
+
+def residuals_of_zones(
+    system: ZoneSystem, positions: Positions, multipliers: Multipliers
+) -> list[Residuals]:
+    """Return the `residuals` of zones that lie side by side.
+
+    Args:
+        system: The zones. They share pinned vertices only, which may be anywhere.
+        positions: (n, 3) f8 [m], the positions x.
+        multipliers: (n_impacts,) f8 [kg], the multipliers l.
+    """
+    rows = np.empty((len(system.impact_offsets) - 1, len(Residuals._fields)))
+    judge_zones(
+        *system,
+        np.ascontiguousarray(positions, np.float64),
+        np.ascontiguousarray(multipliers, np.float64),
+        rows,
+    )
+    return [Residuals(*row) for row in rows.tolist()]

@@ -1,0 +1,152 @@
+"""The residuals that judge every solver, for zones side by side (docs/method section 8)."""
+
+import math
+
+import numpy as np
+
+from izo_ref.base.arrays import (
+    AnyInt,
+    Floats,
+    Masses,
+    Multipliers,
+    Nodes,
+    Normals,
+    Offsets,
+    Positions,
+    Weights,
+)
+from izo_ref.base.compile import compiled
+
+# Bound of the rounding of a frozen gap, over the largest coordinate (`zones/residuals.py`).
+GAP_ROUNDING = 8.0 * math.sqrt(3.0) * 2.0**-53
+
+
+@compiled
+def residuals_of_zone(
+    begin: AnyInt,
+    end: AnyInt,
+    first: AnyInt,
+    last: AnyInt,
+    nodes: Nodes,
+    weights: Weights,
+    normals: Normals,
+    proposed: Positions,
+    masses: Masses,
+    thickness: float,
+    positions: Positions,
+    multipliers: Multipliers,
+    forces: Floats,
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Judge the zone of the impacts begin..end and the vertices first..last.
+
+    Args:
+        begin: The zone's first impact.
+        end: Its last impact + 1.
+        first: The zone's first unpinned vertex.
+        last: Its last unpinned vertex + 1. Pinned vertices may be anywhere.
+        nodes: (n_impacts, 4) i4, of all zones.
+        weights: (n_impacts, 4) f8.
+        normals: (n_impacts, 3) f8.
+        proposed: (n_vertices, 3) f8 [m], y.
+        masses: (n_vertices,) f8 [kg], infinite for pinned vertices.
+        thickness: [m].
+        positions: (n_vertices, 3) f8 [m], x.
+        multipliers: (n_impacts,) f8 [kg], l.
+        forces: (n_vertices, 3) f8, zeros; A^T l+ [kg m] is added.
+
+    Returns:
+        The fields of `Residuals`.
+    """
+    products, pushes, violation, largest, negative, coordinate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for j in range(begin, end):
+        clamped, slack = max(multipliers[j], 0.0), -thickness
+        for k in range(4):
+            node = nodes[j, k]
+            for axis in range(3):
+                # Positions relative to the first node give the same gap, because the weights sum
+                # to zero, and far from the origin they lose less to rounding.
+                arm = positions[node, axis] - positions[nodes[j, 0], axis]
+                slack += weights[j, k] * normals[j, axis] * arm
+                forces[node, axis] += weights[j, k] * normals[j, axis] * clamped
+                coordinate = max(coordinate, abs(positions[node, axis]))
+        products += clamped * abs(slack)
+        pushes += clamped
+        violation = max(violation, -slack)
+        largest = max(largest, abs(multipliers[j]))
+        negative = max(negative, -multipliers[j])
+    moved_sq, error_sq = 0.0, 0.0
+    for i in range(first, last):
+        for axis in range(3):
+            coordinate = max(coordinate, abs(positions[i, axis]))
+            if masses[i] < math.inf:
+                sqrt_mass = math.sqrt(masses[i])
+                moved = sqrt_mass * (positions[i, axis] - proposed[i, axis])
+                moved_sq += moved**2
+                error_sq += (moved - forces[i, axis] / sqrt_mass) ** 2
+    objective, rounding = 0.5 * moved_sq, GAP_ROUNDING * coordinate
+    return (
+        violation,
+        violation / thickness,
+        _ratio(negative, largest),
+        math.sqrt(_ratio(error_sq, moved_sq)),
+        _ratio(products, objective),
+        _ratio(0.5 * error_sq + products, objective),
+        rounding / thickness,
+        _ratio(rounding * pushes, objective),
+    )
+
+
+@compiled
+def judge_zones(
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    vertex_offsets: Offsets,  # (n_zones + 1,) i8, of unpinned vertices
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    proposed: Positions,  # (n_vertices, 3) f8 [m]
+    masses: Masses,  # (n_vertices,) f8 [kg], infinite for pinned vertices
+    thickness: float,  # f8 [m]
+    positions: Positions,  # (n_vertices, 3) f8 [m]
+    multipliers: Multipliers,  # (n_impacts,) f8 [kg]
+    residuals_out: Floats,  # (n_zones, 8) f8, the fields of `Residuals`
+) -> None:
+    """Judge zones that lie side by side; one without numbers has infinite residuals."""
+    forces = np.zeros(proposed.shape)
+    for zone in range(residuals_out.shape[0]):
+        begin, end = impact_offsets[zone], impact_offsets[zone + 1]
+        first, last = vertex_offsets[zone], vertex_offsets[zone + 1]
+        if _are_finite(positions[first:last]) and _are_finite(multipliers[begin:end]):
+            residuals_out[zone] = residuals_of_zone(
+                begin,
+                end,
+                first,
+                last,
+                nodes,
+                weights,
+                normals,
+                proposed,
+                masses,
+                thickness,
+                positions,
+                multipliers,
+                forces,
+            )
+        else:
+            residuals_out[zone, :6], residuals_out[zone, 6:] = math.inf, 0.0
+
+
+@compiled
+def _are_finite(values: Floats) -> bool:
+    """Return whether all numbers are finite."""
+    n_finite = 0
+    for value in values.flat:
+        n_finite += math.isfinite(value)
+    return n_finite == values.size
+
+
+@compiled
+def _ratio(value: float, scale: float) -> float:
+    """Return value / scale; where the scale is 0, return 0 for the value 0, else infinity."""
+    if scale > 0.0:
+        return value / scale
+    return 0.0 if value == 0.0 else math.inf
