@@ -23,6 +23,7 @@ from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
 from izo_ref.detection.serial.near import pack_pairs
+from izo_ref.detection.serial.order import sort_elements
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 
 # Pairs for which each chunk of queries has room at first: eight for each query. Memory that is
@@ -69,7 +70,7 @@ class Elements:
 
 
 def tree_orders(positions: Positions, edges: Edges, faces: Faces) -> TreeOrders:
-    """Sort the vertices, the edges and the faces of a mesh along a Morton curve.
+    """Sort the vertices of a mesh along a Morton curve, and its edges and faces by their vertices.
 
     Args:
         positions: (n_vertices, 3) f8 [m].
@@ -77,11 +78,10 @@ def tree_orders(positions: Positions, edges: Edges, faces: Faces) -> TreeOrders:
         faces: (n_faces, 3) i4.
     """
     vertices = np.arange(len(positions), dtype=np.int32)[:, None]
-    of_vertices, of_edges, of_faces = (
-        np.argsort(morton_codes_of(positions, nodes)).astype(np.int32)
-        for nodes in (vertices, edges, faces)
-    )
-    return of_vertices, of_edges, of_faces
+    order = np.argsort(morton_codes_of(positions, vertices)).astype(np.int32)
+    place = np.empty(len(order), np.int32)
+    place[order] = vertices[:, 0]
+    return order, sort_elements(place, edges), sort_elements(place, faces)
 
 
 def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:

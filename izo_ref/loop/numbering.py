@@ -11,13 +11,11 @@ import copy
 
 import numpy as np
 
-from izo_ref.base.arrays import Edges, Faces, Indices
+from izo_ref.base.arrays import Faces, Indices
 from izo_ref.base.records import Impacts, Pairs
 from izo_ref.detection.trees import morton_codes_of
-from izo_ref.loop.serial.numbering import order_sides
+from izo_ref.loop.serial.numbering import order_sides, renumbered_edges, renumbered_faces
 from izo_ref.scene import Scene
-
-LARGEST_CORNER = (1 << 21) - 1  # three numbers up to this one fit into one of 63 bits
 
 
 def geometric_order(scene: Scene) -> Indices:
@@ -50,12 +48,11 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
     place[order] = np.arange(len(order))
     result = copy.copy(scene)
     for name in ("positions_t0", "positions_t1", "masses", "pinned"):
-        setattr(result, name, np.ascontiguousarray(getattr(scene, name)[order]))
+        setattr(result, name, getattr(scene, name).take(order, axis=0))
     result.on_gpu = {name: (array, order) for name, (array, _) in scene.on_gpu.items()}
-    # In the order of the trees the keys are nearly sorted, and sorting takes a third of the time.
-    _, edges, faces = scene.tree_orders
-    result.faces = _canonical_faces(place[scene.faces[faces]])
-    result.edges = _canonical_edges(place[scene.edges[edges]])
+    _, edges, faces = scene.tree_orders  # an order in which what is sorted is close in memory
+    result.faces = renumbered_faces(place, scene.faces, faces)
+    result.edges = renumbered_edges(place, scene.edges, edges)
     # Elements that are sorted by their vertices on the curve are sorted in space: queries of the
     # trees take as long as with an order of their own.
     vertices, edges, faces = (
@@ -66,29 +63,6 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
     if scene.excluded is not None:
         result.excluded = Pairs(place[scene.excluded.nodes], scene.excluded.is_edge_edge)
     return result
-
-
-def _canonical_faces(faces: Faces) -> Faces:
-    """Rotate each face until its smallest corner is first, and sort the faces."""
-    a, b, c = faces.T.astype(np.int64)
-    b_first, c_first = (b < a) & (b < c), (c < a) & (c < b)
-    a, b, c = (
-        np.where(b_first, y, np.where(c_first, z, x))
-        for x, y, z in ((a, b, c), (b, c, a), (c, a, b))
-    )
-    if faces.max(initial=0) > LARGEST_CORNER:
-        return np.column_stack((a, b, c))[np.lexsort((c, b, a))].astype(np.int32)
-    # all three corners in one number, because sorting rows takes longer
-    keys = np.sort(a << 42 | b << 21 | c, kind="stable")
-    corners = keys >> 42, keys >> 21 & LARGEST_CORNER, keys & LARGEST_CORNER
-    return np.column_stack(corners).astype(np.int32)
-
-
-def _canonical_edges(edges: Edges) -> Edges:
-    """Put the lower vertex of each edge first, and sort the edges."""
-    a, b = edges.T
-    keys = np.sort(np.minimum(a, b).astype(np.int64) << 32 | np.maximum(a, b), kind="stable")
-    return np.column_stack((keys >> 32, keys & 0xFFFFFFFF)).astype(np.int32)
 
 
 def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[Impacts, Indices]:

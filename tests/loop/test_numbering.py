@@ -1,18 +1,14 @@
 """The geometric numbering, in which results do not depend on the caller's numbering."""
 
 import numpy as np
-import pytest
 
 import izo_ref
 from izo_ref import Options
-from izo_ref.loop import numbering
 from izo_ref.loop.numbering import geometric_order, renumber_scene
 from tests.helpers.shapes import grid, two_sheets
 
 
-@pytest.mark.parametrize("largest", [numbering.LARGEST_CORNER, 5])
-def test_faces_do_not_depend_on_the_numbering(rng, monkeypatch, largest):
-    monkeypatch.setattr(numbering, "LARGEST_CORNER", largest)
+def test_faces_do_not_depend_on_the_numbering(rng):
     scene = two_sheets(rng, 5)
     expected = renumber_scene(scene, geometric_order(scene))
     # Faces are sorted by their corners, and each keeps its orientation.
