@@ -45,6 +45,8 @@ class Detector:
 
     Attributes:
         counts: `PairCounts` of the last detection.
+        elements: The trees of the vertices, of the edges and of the faces, from the first detection
+            on.
     """
 
     def __init__(
@@ -72,7 +74,7 @@ class Detector:
         self._components = components or MeshComponents(len(positions_t0), faces)
         self._left_out: Flags | None = None  # (n_components,) b1, components that are in no tree
         self._far_reach: float | None = None  # [m]
-        self._elements: tuple[Elements, ...] = ()  # vertices, edges, faces
+        self.elements: tuple[Elements, ...] = ()
         self._near: tuple[NearPairs, ...] = ()  # vertex-face pairs, edge-edge pairs
 
     def find(self, positions_t1: Positions) -> Impacts:
@@ -137,7 +139,7 @@ class Detector:
         vertices, edges, faces = (
             Elements(nodes, order, dtype) for nodes, order in zip(self._nodes, orders, strict=True)
         )
-        self._elements = vertices, edges, faces
+        self.elements = vertices, edges, faces
         self._near = (
             NearPairs("vertex_face", vertices, faces, self._positions_t0),
             NearPairs("edge_edge", edges, edges, self._positions_t0),
@@ -164,8 +166,8 @@ class Detector:
             self._positions_t0,
             self._centres - reach,
             self._centres + reach,
-            self._elements[0].tree.blocks.dtype,
+            self.elements[0].tree.blocks.dtype,
             self._frame,
         )
-        for elements in self._elements:
+        for elements in self.elements:
             elements.refit(boxes, moved, everything)

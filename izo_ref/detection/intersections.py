@@ -10,11 +10,11 @@ import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Ints, Positions
 from izo_ref.base.exact import sides_meet
-from izo_ref.base.records import Pairs, TreeOrders
+from izo_ref.base.records import Impacts, Pairs, TreeOrders
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_crossings
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED
-from izo_ref.detection.trees import Elements, meeting_pairs, tree_orders, vertex_boxes
+from izo_ref.detection.trees import Elements, meeting_pairs
 
 
 class Intersections(NamedTuple):
@@ -75,9 +75,10 @@ def find_intersections(
         faces: (n_faces, 3) i4.
         orders: Orders in which vertices, edges and faces enter trees; from the positions if None.
     """
-    orders = orders or tree_orders(positions, edges, faces)
-    crossing = _crossing_edges(positions, edges, faces, orders)
-    touching = _touching_pairs(positions, edges, faces, orders)
+    detector = Detector(positions, edges, faces, start_is_free=False, orders=orders)
+    touching = _touching_pairs(positions, detector.find(positions))
+    _, *trees = detector.elements
+    crossing = _crossing_edges(positions, edges, faces, *trees)
     return Intersections(edges[crossing[:, 0]], faces[crossing[:, 1]], touching)
 
 
@@ -85,20 +86,19 @@ def _ids(nodes: Ints) -> tuple[int, ...]:
     return tuple(int(node) for node in nodes)
 
 
-def _crossing_edges(positions: Positions, edges: Edges, faces: Faces, orders: TreeOrders) -> Ints:
+def _crossing_edges(
+    positions: Positions, edges: Edges, faces: Faces, edge_tree: Elements, face_tree: Elements
+) -> Ints:
     """Return the edge and the face of each edge that meets a face, (n, 2), sorted."""
-    elements = Elements(edges, orders[1]), Elements(faces, orders[2])
-    boxes, every = vertex_boxes(positions, positions, positions), np.ones(len(positions), bool)
-    for side in elements:
-        side.refit(boxes, every, True)
-    pairs = meeting_pairs(*elements)
+    first, second = edge_tree.tree, face_tree.tree
+    pairs = meeting_pairs(edge_tree, face_tree)
     statuses = np.empty(len(pairs), np.int8)
     chunks = range(-(-len(pairs) // CHUNK))
-    nodes = (side.tree.nodes for side in elements)
+    nodes = first.nodes, second.nodes
     find_crossings.where_it_pays(FEW_CHUNKS, chunks, pairs, *nodes, positions, statuses)
-    near = statuses != APART
-    pairs, statuses = pairs[near], statuses[near]
-    found = np.column_stack([side.tree.order[pairs[:, k]] for k, side in enumerate(elements)])
+    near = (statuses != APART).nonzero()[0]
+    pairs, statuses = pairs.take(near, axis=0), statuses.take(near)
+    found = np.column_stack((first.order[pairs[:, 0]], second.order[pairs[:, 1]]))
     unsure = np.flatnonzero(statuses == UNDECIDED)
     edge, face = found[unsure].T
     meet = sides_meet(positions[edges[edge]], positions[faces[face]])
@@ -107,14 +107,13 @@ def _crossing_edges(positions: Positions, edges: Edges, faces: Faces, orders: Tr
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
 
-def _touching_pairs(positions: Positions, edges: Edges, faces: Faces, orders: TreeOrders) -> Pairs:
-    """Return the vertex-face and edge-edge pairs that touch.
+def _touching_pairs(positions: Positions, near: Impacts) -> Pairs:
+    """Return the vertex-face and edge-edge pairs that touch, decided in exact arithmetic.
 
-    The detector finds the pairs that may touch, as far as rounding can tell. Exact arithmetic
-    decides which of them do.
+    Args:
+        positions: (n_vertices, 3) f8 [m].
+        near: The pairs that may touch, as far as rounding can tell.
     """
-    detector = Detector(positions, edges, faces, start_is_free=False, orders=orders)
-    near = detector.find(positions)
     touch = np.empty(len(near.toi), bool)
     for kind, split in ((False, 1), (True, 2)):
         own = near.is_edge_edge == kind

@@ -21,14 +21,11 @@ from izo_ref.detection.formulas.coplanar import COEFFICIENT_ERROR, TINY
 def certain_sign(a: Vec3, b: Vec3, c: Vec3) -> int:
     """Return the sign of det(a, b, c), or 0 if rounding could have changed it.
 
-    Each argument is a difference of floats. COEFFICIENT_ERROR bounds the error of such a
-    determinant (`detection/formulas/coplanar.py`: input, cross and dot are 48 u of its 192 u). Each
-    argument is scaled by a power of two to a size near 1, so nothing overflows, and TINY covers
-    what underflows.
+    Each argument is a difference of floats, times one power of two that brings all of them to a
+    size of at most 2. COEFFICIENT_ERROR bounds the error of such a determinant
+    (`detection/formulas/coplanar.py`: input, cross and dot are 48 u of its 192 u). Nothing
+    overflows, and TINY covers what underflows.
     """
-    a = scale3(power_of_two_for(max_abs3(a)), a)
-    b = scale3(power_of_two_for(max_abs3(b)), b)
-    c = scale3(power_of_two_for(max_abs3(c)), c)
     value = det3(a, b, c)
     bound = COEFFICIENT_ERROR * (max_abs3(a) * max_abs3(b) * max_abs3(c)) + TINY
     if value > bound:
@@ -74,11 +71,15 @@ def edge_face_status(p: Vec3, q: Vec3, a: Vec3, b: Vec3, c: Vec3) -> int:
     the edge passes all three edges of the face strictly on the same side.
     """
     ap, aq, ab, ac = sub3(p, a), sub3(q, a), sub3(b, a), sub3(c, a)
+    size = max(max(max_abs3(ap), max_abs3(aq)), max(max_abs3(ab), max_abs3(ac)))
+    unit = power_of_two_for(size)
+    ap, aq, ab, ac = scale3(unit, ap), scale3(unit, aq), scale3(unit, ab), scale3(unit, ac)
     side_p = certain_sign(ab, ac, ap)
     side_q = certain_sign(ab, ac, aq)
     if side_p * side_q > 0:
         return APART
-    pq, pa, pb, pc = sub3(q, p), scale3(-1.0, ap), sub3(b, p), sub3(c, p)
+    pq, pb, pc = scale3(unit, sub3(q, p)), scale3(unit, sub3(b, p)), scale3(unit, sub3(c, p))
+    pa = scale3(-1.0, ap)
     turn_ab = certain_sign(pq, pa, pb)
     turn_bc = certain_sign(pq, pb, pc)
     turn_ca = certain_sign(pq, pc, pa)
@@ -87,9 +88,8 @@ def edge_face_status(p: Vec3, q: Vec3, a: Vec3, b: Vec3, c: Vec3) -> int:
     if side_p * side_q < 0 and turn_ab == turn_bc == turn_ca != 0:
         return CONTACT
     n = unit3(_closest_vector(p, q, a, b, c))
-    size = max(max(max_abs3(ap), max_abs3(aq)), max(max_abs3(ab), max_abs3(ac)))
     edge_low = min(dot3(n, ap), dot3(n, aq))
     face_high = max(0.0, max(dot3(n, ab), dot3(n, ac)))
-    if edge_low - face_high > GAP_ERROR * size * sum_abs3(n) + TINY:
+    if edge_low - face_high > GAP_ERROR * (unit * size) * sum_abs3(n) + TINY:
         return APART
     return UNDECIDED
