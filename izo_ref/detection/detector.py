@@ -13,7 +13,7 @@ from izo_ref.detection.known_impacts import KnownImpacts
 from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.serial.reach import largest_moves, moving_vertices, renew_reach
-from izo_ref.detection.trees import Elements, box_frame, tree_orders, vertex_boxes
+from izo_ref.detection.trees import Elements, VertexBoxes, tree_orders
 
 # A vertex that left its reach gets a new one: this many times its move since the last detection,
 # because the loop converges, but at most this fraction of an edge, because too many pairs would be
@@ -69,6 +69,7 @@ class Detector:
         self._orders = orders or tree_orders(positions_t0, edges, faces)
         self._excluded = None if excluded is None else set(pair_keys(excluded))
         self._rules = rules
+        self._dtype = np.float32 if "float32-boxes" in rules else np.float64
         self._start_is_free = start_is_free
         self._previous_t1: Positions | None = None  # ends of the last detection
         self._components = components or MeshComponents(len(positions_t0), faces)
@@ -117,14 +118,15 @@ class Detector:
         self._centres, self._reach = positions_t1.copy(), np.zeros(len(positions_t1))
         if not ("still" in self._rules and self._start_is_free):
             moving[:] = True
-        self._refit(moving, True)
+        self._boxes = VertexBoxes(self._positions_t0, self._centres, self._reach, self._dtype)
+        for elements in self.elements:
+            elements.refit(self._boxes.boxes, moving, everything=True)
         self._known = KnownImpacts(self._positions_t0, self._start_is_free, self._excluded)
         contacts = [near.find_contacts(positions_t1, self.counts) for near in self._near]
         self._known.add(contacts, positions_t1)
 
     def _make_trees(self, positions_t1: Positions, all_move: bool) -> None:
         """Make the trees, without the components at rest that nothing reaches."""
-        self._frame = box_frame(self._positions_t0) if len(positions_t1) else None
         orders, self._left_out = self._orders, None
         may_leave_out = "one-box" in self._rules and self._start_is_free
         if may_leave_out and not all_move:
@@ -135,9 +137,9 @@ class Detector:
                     order[kept[nodes[order, 0]]]
                     for nodes, order in zip(self._nodes, orders, strict=True)
                 ]
-        dtype = np.float32 if "float32-boxes" in self._rules else np.float64
         vertices, edges, faces = (
-            Elements(nodes, order, dtype) for nodes, order in zip(self._nodes, orders, strict=True)
+            Elements(nodes, order, self._dtype)
+            for nodes, order in zip(self._nodes, orders, strict=True)
         )
         self.elements = vertices, edges, faces
         self._near = (
@@ -152,22 +154,8 @@ class Detector:
         kept, left = (self._centres, self._reach), np.empty(len(moves), bool)
         if renew_reach(positions_t1, moves, REACH_PER_MOVE, self._far_reach, *kept, left) == 0:
             return
-        self._refit(left, False)
+        self._boxes.refit(left)
+        for elements in self.elements:
+            elements.refit(self._boxes.boxes, left, everything=False)
         for near in self._near:
             near.update_near()
-
-    def _refit(self, moved: Flags, everything: bool) -> None:
-        """Mark the elements with a moved vertex, and fit their boxes or those of all elements."""
-        # A vertex is within its reach only up to the rounding of the difference that was compared;
-        # the factor covers that. The bounds below are rounded, but a position is a float, and
-        # rounding keeps the order: so the box holds the position.
-        reach = (self._reach * (1.0 + 2.0**-50))[:, None]
-        boxes = vertex_boxes(
-            self._positions_t0,
-            self._centres - reach,
-            self._centres + reach,
-            self.elements[0].tree.blocks.dtype,
-            self._frame,
-        )
-        for elements in self.elements:
-            elements.refit(boxes, moved, everything)

@@ -59,7 +59,7 @@ class Elements:
         """Mark the elements with a moved vertex, and fit boxes and those above them.
 
         Args:
-            vertex_boxes: (n_vertices, 9), as `vertex_boxes` makes them.
+            vertex_boxes: (n_vertices, 9), of `VertexBoxes`.
             vertex_moved: (n_vertices,) b1.
             everything: Whether to fit the boxes of all elements, or only of those that are marked.
         """
@@ -128,30 +128,40 @@ def _bounds(positions: Positions) -> tuple[Floats, Floats]:
     return np.array([c.min() for c in columns]), np.array([c.max() for c in columns])
 
 
-def vertex_boxes(
-    positions_t0: Positions,
-    low_t1: Positions,
-    high_t1: Positions,
-    dtype: DTypeLike = np.float32,
-    frame: BoxFrame | None = None,
-) -> AnyFloats:
-    """Return the start of each vertex and the box in which it ends, without unit.
+class VertexBoxes:
+    """The start of each vertex and the box in which it ends, without unit.
 
     Args:
         positions_t0: (n_vertices, 3) f8 [m], start.
-        low_t1: (n_vertices, 3) f8 [m], lowest end.
-        high_t1: (n_vertices, 3) f8 [m], highest end.
+        centres: (n_vertices, 3) f8 [m], about which the vertices end.
+        reach: (n_vertices,) f8 [m], how far from their centres they may end, along each axis.
         dtype: f4 or f8.
-        frame: What `box_frame` returns for this start; None computes it.
 
-    Returns:
-        (n_vertices, 9): start, lowest end, highest end.
+    Attributes:
+        boxes: (n_vertices, 9): start, lowest end, highest end.
     """
-    boxes = np.empty((len(positions_t0), 9), dtype)
-    if len(boxes):
-        frame = frame or box_frame(positions_t0)
-        kernels.compute_vertex_boxes(positions_t0, low_t1, high_t1, *frame, boxes)
-    return boxes
+
+    def __init__(
+        self,
+        positions_t0: Positions,
+        centres: Positions,
+        reach: Floats,
+        dtype: DTypeLike = np.float32,
+    ) -> None:
+        """Compute all boxes."""
+        self.boxes: AnyFloats = np.empty((len(positions_t0), 9), dtype)
+        self._known = positions_t0, centres, reach
+        if len(positions_t0):
+            self._frame = box_frame(positions_t0)
+            self.refit(np.ones(len(positions_t0), bool))
+
+    def refit(self, moved: Flags) -> None:
+        """Compute the boxes of some vertices again, whose centre or reach was changed in place.
+
+        Args:
+            moved: (n_vertices,) b1.
+        """
+        kernels.compute_vertex_boxes(moved, *self._known, *self._frame, self.boxes)
 
 
 def box_frame(positions_t0: Positions) -> BoxFrame:

@@ -7,7 +7,7 @@ import izo_ref
 from izo_ref.base.mesh import edges_of
 from izo_ref.detection import trees as broad
 from izo_ref.detection.serial.tree import box_of, meeting_lanes
-from izo_ref.detection.trees import Elements, meeting_pairs, vertex_boxes
+from izo_ref.detection.trees import Elements, VertexBoxes, meeting_pairs
 from tests.helpers.shapes import grid, two_sheets
 from tests.naive.groups import moving_box_pairs
 
@@ -26,7 +26,7 @@ def trees(start, end, *nodes, moved=None, dtype=np.float32):
 
     All elements issue queries, or, if `moved` is given, those with a moved vertex.
     """
-    boxes = vertex_boxes(start, end, end, dtype)
+    boxes = VertexBoxes(start, end, np.zeros(len(start)), dtype).boxes
     elements = [
         Elements(part, np.argsort(broad.morton_codes_of(start, part)).astype(np.int32), dtype)
         for part in nodes
@@ -86,12 +86,12 @@ def test_an_axis_separates_boxes_only_if_it_does_so_at_both_ends(where):
 def test_pairs_cover_every_end_within_the_reach(rng):
     start, end, faces = mesh(rng, 6)
     edges = edges_of(faces)
-    reach = 0.05 * rng.random((len(start), 1))
+    reach = 0.05 * rng.random(len(start))
     (e,) = trees(start, end, edges)
-    e.refit(vertex_boxes(start, end - reach, end + reach), np.ones(len(start), bool), True)
+    e.refit(VertexBoxes(start, end, reach).boxes, np.ones(len(start), bool), True)
     pairs = found(e, e)
     for _ in range(20):
-        other = end + reach * rng.uniform(-1.0, 1.0, end.shape)
+        other = end + reach[:, None] * rng.uniform(-1.0, 1.0, end.shape)
         assert pairs >= moving_box_pairs(edges, edges, start, other, True)
 
 
@@ -117,8 +117,8 @@ def test_a_tree_follows_the_vertices_that_moved(rng):
     (e,) = trees(start, start, edges)
     moved = rng.random(len(start)) < 0.1
     last = np.where(moved[:, None], end, start)
-    boxes = vertex_boxes(start, last, last)
-    e.refit(boxes, moved, everything=False)
+    boxes = VertexBoxes(start, last, np.zeros(len(start)))
+    e.refit(boxes.boxes, moved, everything=False)
     (new,) = trees(start, last, edges, moved=moved)
     assert found(e, e) == found(new, new)
 
@@ -144,7 +144,9 @@ def test_a_tree_of_chosen_elements_finds_their_pairs_alone(rng):
     edges = edges_of(faces)
     ids = rng.permutation(len(edges))[: len(edges) // 2].astype(np.int32)
     chosen = Elements(edges, ids)
-    chosen.refit(vertex_boxes(start, end, end), np.ones(len(start), bool), True)
+    chosen.refit(
+        VertexBoxes(start, end, np.zeros(len(start))).boxes, np.ones(len(start), bool), True
+    )
     (every,) = trees(start, end, edges)
     own = set(ids.tolist())
     assert found(chosen, chosen) == {(i, j) for i, j in found(every, every) if {i, j} <= own}

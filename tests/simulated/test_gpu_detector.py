@@ -9,7 +9,7 @@ import izo_ref
 from izo_ref.base import gpu_arrays as arrays
 from izo_ref.base.records import Pairs
 from izo_ref.detection import gpu_detector as detect
-from izo_ref.detection.trees import vertex_boxes
+from izo_ref.detection.trees import VertexBoxes
 from tests.helpers.shapes import two_sheets, vertex_over_face
 
 
@@ -55,7 +55,8 @@ def test_boxes_hold_all_elements_and_lanes_mark_the_moving_ones(rng):
                 elements.tree.blocks[first + i // 8, :, i % 8] = 9e9
             n = -(-n // 8)
     detector.find(arrays.to_gpu(scene.positions_t1))
-    of_vertices = vertex_boxes(scene.positions_t0, scene.positions_t1, scene.positions_t1)
+    none = np.zeros(len(still))
+    of_vertices = VertexBoxes(scene.positions_t0, scene.positions_t1, none).boxes
     for elements in detector._elements:
         nodes, blocks, lanes, levels = (arrays.to_cpu(a) for a in elements.tree[1:])
         ends = of_vertices[nodes]

@@ -213,9 +213,9 @@ DETECTION = [
     ),
     Fault(
         "reach-not-in-the-boxes",
-        "izo_ref/detection/detector.py",
-        "            self._centres + reach,\n",
-        "            self._centres,\n",
+        "izo_ref/detection/serial/boxes.py",
+        "        c = ((centres[i, axis] + reach) - origin[axis]) * scale\n",
+        "        c = (centres[i, axis] - origin[axis]) * scale\n",
         "On one side, boxes hold where vertices are and not how far they may still move.",
         (WITHIN_REACH,),
     ),

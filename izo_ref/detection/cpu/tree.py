@@ -15,17 +15,22 @@ from izo_ref.detection.serial.tree import WIDTH
 @light_kernel
 def compute_vertex_boxes(
     # In:
+    wanted: Flags,  # (n_vertices,) b1
     positions_t0: Positions,  # (n_vertices, 3) f8  [m]
-    low_t1: Positions,  # (n_vertices, 3) f8  [m], lowest end
-    high_t1: Positions,  # (n_vertices, 3) f8  [m], highest end
+    centres: Positions,  # (n_vertices, 3) f8  [m], about which the vertices end
+    reach: Floats,  # (n_vertices,) f8  [m], how far from them, along each axis
     origin: Floats,  # (3,) f8  [m]
     scale: float,  # f8  [1/m], a power of two
     # Out:
     boxes_out: AnyFloats,  # (n_vertices, 9) f4, start, lowest end, highest end; without unit
 ) -> None:
-    """Compute the start and the box of the end of each vertex."""
+    """Compute the start and the box of the end of each wanted vertex."""
     for i in range(positions_t0.shape[0]):
-        vertex_box(i, positions_t0, low_t1, high_t1, origin, scale, boxes_out)
+        if wanted[i]:
+            # A vertex is within its reach only up to the rounding of the difference that was
+            # compared; the factor covers that.
+            own = reach[i] * (1.0 + 2.0**-50)
+            vertex_box(i, positions_t0, centres, own, origin, scale, boxes_out)
 
 
 @light_kernel

@@ -52,7 +52,7 @@ def compute_path_boxes(
     """Compute the start and the end of each vertex in the coordinates of boxes."""
     i = cuda.grid(1)
     if i < positions_t0.shape[0]:
-        vertex_box(i, positions_t0, positions_t1, positions_t1, origin, scale, boxes_out)
+        vertex_box(i, positions_t0, positions_t1, 0.0, origin, scale, boxes_out)
         moved_out[i] = differs(positions_t0, positions_t1, i)
 
 

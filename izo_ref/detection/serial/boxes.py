@@ -14,18 +14,22 @@ CELLS = 2097152  # 2^21 cells along an axis: 63 bits for all three
 def vertex_box(
     i: int,
     positions_t0: Positions,
-    low_t1: Positions,
-    high_t1: Positions,
+    centres: Positions,
+    reach: float,
     origin: Floats,
     scale: float,
     boxes_out: AnyFloats,
 ) -> None:
-    """Write the start, the lowest end and the highest end of vertex i to row i of `boxes_out`."""
+    """Write the start, the lowest end and the highest end of vertex i to row i of `boxes_out`.
+
+    The vertex ends within its reach about its centre. The bounds are rounded, but a position is a
+    float, and rounding keeps the order: so the box holds the position.
+    """
     for axis in range(3):
         # each operation rounds monotonically: values in strict order after it were so before it
         a = (positions_t0[i, axis] - origin[axis]) * scale
-        b = (low_t1[i, axis] - origin[axis]) * scale
-        c = (high_t1[i, axis] - origin[axis]) * scale
+        b = ((centres[i, axis] - reach) - origin[axis]) * scale
+        c = ((centres[i, axis] + reach) - origin[axis]) * scale
         boxes_out[i, axis] = min(max(a, -LARGEST_F4), LARGEST_F4)
         boxes_out[i, axis + 3] = min(max(b, -LARGEST_F4), LARGEST_F4)
         boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)
