@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
-import numpy as np
-
 from izo_ref.base.arrays import Faces, Flags, Indices, Positions
-from izo_ref.base.serial.components import impact_components
-from izo_ref.detection.serial.reach import moving_vertices
+from izo_ref.detection.serial.components import number_components, paths_of_components
 
 # Up to this many moving components are compared one by one. If there are more, the box about all
 # of them is compared.
@@ -31,16 +28,9 @@ class MeshComponents:
         self._n_vertices, self._faces = n_vertices, faces
 
     @cached_property
-    def _parts(self) -> tuple[Indices, Indices, Indices]:
-        """The component of each vertex, the vertices sorted by it, and where each one begins."""
-        n, faces = self._n_vertices, self._faces
-        roots, face_roots = np.arange(n), np.empty(len(faces), np.int64)
-        corners = np.column_stack((faces, faces[:, 0]))
-        impact_components(corners, np.zeros(n, bool), np.empty(n, np.int64), face_roots)
-        roots[faces] = face_roots[:, None]
-        smallest, component = np.unique(roots, return_inverse=True)
-        order = np.argsort(component, kind="stable")
-        return component, order, np.searchsorted(component[order], np.arange(len(smallest)))
+    def _parts(self) -> tuple[Indices, int]:
+        """The component of each vertex, and the number of components."""
+        return number_components(self._n_vertices, self._faces)
 
     @property
     def component(self) -> Indices:
@@ -50,7 +40,7 @@ class MeshComponents:
     @property
     def count(self) -> int:
         """Number of components."""
-        return len(self._parts[2])
+        return self._parts[1]
 
     def renumbered(self, order: Indices) -> MeshComponents:
         """Return the same components of a mesh with vertex `order[i]` as number i.
@@ -59,21 +49,6 @@ class MeshComponents:
             order: (n_vertices,) i8.
         """
         return _Renumbered(self, order)
-
-    def boxes(self, positions: Positions) -> tuple[Positions, Positions]:
-        """Return the minima and the maxima of each component, (count, 3) f8 [m] each."""
-        _, order, starts = self._parts
-        sorted_positions = positions[order]
-        return (
-            np.minimum.reduceat(sorted_positions, starts),
-            np.maximum.reduceat(sorted_positions, starts),
-        )
-
-    def moving(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
-        """Return which components have a vertex that moves, (count,) b1."""
-        moving = np.zeros(self.count, bool)
-        moving[self.component[moving_vertices(positions_t0, positions_t1)]] = True
-        return moving
 
     def out_of_reach(self, positions_t0: Positions, positions_t1: Positions) -> Flags:
         """Return which components are at rest and meet the box of no moving component.
@@ -87,13 +62,10 @@ class MeshComponents:
         Returns:
             (count,) b1.
         """
-        moving = self.moving(positions_t0, positions_t1)
+        moving, low, high = paths_of_components(*self._parts, positions_t0, positions_t1)
         far = ~moving
-        if not moving.any() or moving.all():
+        if not far.any():
             return far
-        low_t0, high_t0 = self.boxes(positions_t0)
-        low_t1, high_t1 = self.boxes(positions_t1)
-        low, high = np.minimum(low_t0, low_t1), np.maximum(high_t0, high_t1)
         lows, highs = low[moving], high[moving]
         if len(lows) > FEW:
             lows, highs = lows.min(axis=0)[None], highs.max(axis=0)[None]
@@ -109,8 +81,6 @@ class _Renumbered(MeshComponents):
         self._found, self._order = found, order
 
     @cached_property
-    def _parts(self) -> tuple[Indices, Indices, Indices]:
-        component, order, starts = self._found._parts
-        place = np.empty(len(self._order), np.int64)
-        place[self._order] = np.arange(len(place))
-        return component[self._order], place[order], starts
+    def _parts(self) -> tuple[Indices, int]:
+        component, count = self._found._parts
+        return component.take(self._order), count

@@ -22,6 +22,7 @@ from izo_ref.base.arrays import (
 from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
+from izo_ref.detection.serial.boxes import bounds
 from izo_ref.detection.serial.near import pack_pairs
 from izo_ref.detection.serial.order import sort_elements
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
@@ -117,15 +118,9 @@ def morton_grid(positions: Positions) -> tuple[Floats, float]:
 
     The grid has 2^21 cells over the widest extent.
     """
-    low, high = _bounds(positions)
-    extent = float((high - low).max())
-    return low, 2.0**21 / extent if extent > 0.0 else 0.0
-
-
-def _bounds(positions: Positions) -> tuple[Floats, Floats]:
-    """Return the lowest and the highest coordinates, (3,) each."""
-    columns = positions.T  # one by one: numpy takes 14 times as long along axis 0
-    return np.array([c.min() for c in columns]), np.array([c.max() for c in columns])
+    low, high = bounds(positions)
+    extent = max(b - a for a, b in zip(low, high, strict=True))
+    return np.array(low), 2.0**21 / extent if extent > 0.0 else 0.0
 
 
 class VertexBoxes:
@@ -170,9 +165,10 @@ def box_frame(positions_t0: Positions) -> BoxFrame:
     The origin is the centre of the start, and the scale is a power of two that brings its extent
     near 1. So float32 keeps as much of the coordinates as it can.
     """
-    low, high = _bounds(positions_t0)
-    exponent = frexp(float((0.5 * high - 0.5 * low).max()))[1]
-    return 0.5 * low + 0.5 * high, ldexp(1.0, min(-exponent, 1000))
+    low, high = bounds(positions_t0)
+    exponent = frexp(max(0.5 * b - 0.5 * a for a, b in zip(low, high, strict=True)))[1]
+    origin = [0.5 * a + 0.5 * b for a, b in zip(low, high, strict=True)]
+    return np.array(origin), ldexp(1.0, min(-exponent, 1000))
 
 
 def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:

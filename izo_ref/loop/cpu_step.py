@@ -149,7 +149,7 @@ class CpuStep(Step):
         self.starts[own] = np.where(self.active[own], self.multipliers[own], 0.0)
         stuck = self._spread_stuck(zones)
         dirty = changed if "changed-zones" in self._options.rules else np.ones(len(zones), bool)
-        chosen = np.flatnonzero(dirty & ~stuck)
+        chosen = (dirty & ~stuck).nonzero()[0]
         if len(chosen):
             self._solve_zones(zones.part(chosen))
         return len(zones), len(chosen)
@@ -157,7 +157,7 @@ class CpuStep(Step):
     def _spread_stuck(self, zones: Zones) -> Flags:
         """Mark all vertices of a zone with a stuck vertex; return those zones, (n_zones,) b1."""
         stuck = np.logical_or.reduceat(self.stuck[zones.vertices], zones.vertex_offsets[:-1])
-        for zone in np.flatnonzero(stuck).tolist():
+        for zone in stuck.nonzero()[0].tolist():
             self.stuck[zones.vertices_of(zone)] = True
         return stuck
 

@@ -99,7 +99,7 @@ def solve_system(
     # The interior point takes the zones that are not solved so far: neither the size of a zone
     # nor dependent constraints hinder it, and it judges better what is infeasible.
     if options.method in ("auto", "interior-point"):
-        for zone in np.flatnonzero(~answers.solved).tolist():
+        for zone in (~answers.solved).nonzero()[0].tolist():
             _solve_large_zone(system, options, constraints, zone, start, answers)
     solved = answers.solved
     if constraints.hopeless.any():

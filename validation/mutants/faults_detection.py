@@ -253,9 +253,9 @@ DETECTION = [
     ),
     Fault(
         "parts-by-their-start",
-        "izo_ref/detection/components.py",
-        "        low, high = np.minimum(low_t0, low_t1), np.maximum(high_t0, high_t1)\n",
-        "        low, high = low_t0, high_t0\n",
+        "izo_ref/detection/serial/components.py",
+        "            moving[own] |= a != b\n",
+        "            moving[own] |= a != b\n            b = a\n",
         "Whether a moving component reaches one at rest is decided by where it starts.",
         (COMPONENTS, FOLLOWS),
     ),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyFloats, AnyInt, Bits, Flags, Floats, Ints, Positions
+from izo_ref.base.arrays import AnyFloats, AnyInt, Bits, Flags, Floats, Ints, Positions, Vec3
 from izo_ref.base.compile import compiled
 from izo_ref.detection.serial.tree import WIDTH
 
@@ -33,6 +33,17 @@ def vertex_box(
         boxes_out[i, axis] = min(max(a, -LARGEST_F4), LARGEST_F4)
         boxes_out[i, axis + 3] = min(max(b, -LARGEST_F4), LARGEST_F4)
         boxes_out[i, axis + 6] = min(max(c, -LARGEST_F4), LARGEST_F4)
+
+
+@compiled
+def bounds(positions: Positions) -> tuple[Vec3, Vec3]:
+    """Return the lowest and the highest coordinates of points, of which there is at least one."""
+    low, high = positions[0].copy(), positions[0].copy()
+    for i in range(positions.shape[0]):
+        for axis in range(3):
+            low[axis] = min(low[axis], positions[i, axis])
+            high[axis] = max(high[axis], positions[i, axis])
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
 @compiled
