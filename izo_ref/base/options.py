@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 from izo_ref.base.errors import OptionError
 
@@ -164,7 +165,7 @@ class Options:
                 f"one of {(*SWEEPS, *LAGRANGIAN)} as method"
             )
 
-    @property
+    @cached_property
     def rules(self) -> frozenset[str]:
         """Names of the rules that are applied."""
         named = {"needed": RULES, "everything": ()}

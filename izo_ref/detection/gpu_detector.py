@@ -162,8 +162,10 @@ class Detector:
             contacts.find_contacts[n](
                 arange(n),
                 batch,
-                first,
-                second,
+                first.order,
+                first.nodes,
+                second.order,
+                second.nodes,
                 self._start,
                 positions_t1,
                 tallies,

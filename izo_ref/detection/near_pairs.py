@@ -90,6 +90,7 @@ class NearPairs:
     ) -> tuple[Floats, Contacts]:
         """Return the margins of some pairs [m], and the contacts among them."""
         first, second = self._first.tree, self._second.tree
+        trees = first.order, first.nodes, second.order, second.nodes
         n_pairs, n = len(pairs), -(-len(pairs) // CHUNK)
         tallies, index = np.empty((n, 3), np.int64), np.empty(n_pairs, np.int64)
         toi, directions, margins = np.empty(n_pairs), np.empty((n_pairs, 3)), np.empty(n_pairs)
@@ -98,8 +99,7 @@ class NearPairs:
             range(n),
             scattered(n),
             pairs,
-            first,
-            second,
+            *trees,
             self._positions_t0,
             positions_t1,
             tallies,
@@ -108,7 +108,6 @@ class NearPairs:
             directions,
             margins,
         )
-        trees = first.order, first.nodes, second.order, second.nodes
         contacts, steps, most = collect_contacts(
             CHUNK, tallies, index, pairs, toi, directions, *trees
         )

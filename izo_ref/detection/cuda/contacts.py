@@ -40,8 +40,10 @@ def find_contacts(
     # In:
     chunks: Indices,  # (n,) i8, chunks of pairs; chunk c has CHUNK of them, from CHUNK * c on
     pairs: Ints,  # (n_pairs, 2) i4, places
-    first: Tree,  # Tree, of vertices or edges
-    second: Tree,  # Tree, of faces or edges
+    first_order: Ints,  # (m,) i4, element in each place of the tree of vertices or edges
+    first_nodes: Ints,  # (m, k) i4, its vertices
+    second_order: Ints,  # (m,) i4, of the tree of faces or edges
+    second_nodes: Ints,  # (m, k) i4
     positions_t0: Positions,  # (n_vertices, 3) f8  [m]
     positions_t1: Positions,  # (n_vertices, 3) f8  [m]
     # Out:
@@ -59,8 +61,10 @@ def find_contacts(
             c,
             c + 1,
             pairs,
-            first,
-            second,
+            first_order,
+            first_nodes,
+            second_order,
+            second_nodes,
             positions_t0,
             positions_t1,
             index_out,

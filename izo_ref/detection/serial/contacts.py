@@ -17,7 +17,6 @@ from izo_ref.base.compile import compiled
 from izo_ref.base.formulas.vec3 import sub3
 from izo_ref.detection.formulas.advance import APART, advance
 from izo_ref.detection.formulas.crossing import edge_face_status
-from izo_ref.detection.serial.tree import Tree
 
 # Added to the keys of vertex-face pairs, so that they are sorted before those of edge-edge pairs.
 VERTEX_FACE_OFFSET = -(2**63)
@@ -80,8 +79,10 @@ def contacts_of_pairs(
     begin: int,  # the first pair to decide; the results are written from here on
     end: int,  # behind the last one
     pairs: Ints,  # (n_pairs, 2) i4, places
-    first: Tree,  # of vertices or edges
-    second: Tree,  # of faces or edges
+    first_order: Ints,  # (m,) i4, element in each place of the tree of vertices or edges
+    first_nodes: Ints,  # (m, k) i4, its vertices
+    second_order: Ints,  # (m,) i4, of the tree of faces or edges
+    second_nodes: Ints,  # (m, k) i4
     positions_t0: Positions,  # (n_vertices, 3) f8 [m]
     positions_t1: Positions,  # (n_vertices, 3) f8 [m]
     # Out:
@@ -96,9 +97,6 @@ def contacts_of_pairs(
     Returns:
         The number of contacts, of steps of all proofs, and of steps of the longest proof.
     """
-    # the fields get names of their own: numba would count references at each use of a field
-    first_order, first_nodes = first.order, first.nodes
-    second_order, second_nodes = second.order, second.nodes
     contacts, proofs, most = 0, 0, 0
     is_edge_edge = first_nodes.shape[1] == 2
     for i in range(begin, end):
