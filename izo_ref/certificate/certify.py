@@ -96,7 +96,6 @@ def certify_path(
     """
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
-    positions.setflags(write=False)
     filter_path = implementation(
         choose_device(device, scene), _filter_path, "izo_ref.certificate.gpu_filter:filter_path"
     )
@@ -104,6 +103,7 @@ def certify_path(
     if "float-verdicts" not in rules:
         certain[:] = False
     meeting, exact = _meeting(scene.positions_t0, positions, found, certain)
+    positions.setflags(write=False)  # only now, because numba compiles anew for such arrays
     return PathCertificate(
         free=len(meeting.toi) == 0,
         candidates=sum(counts.pairs.values()),

@@ -114,7 +114,7 @@ class Detector:
     def _begin(self, positions_t1: Positions) -> None:
         """Look at all pairs, except those that a rule leaves out."""
         moving = moving_vertices(self._positions_t0, positions_t1)
-        self._make_trees(positions_t1, moving.all())
+        self._make_trees(positions_t1, bool(moving.all()))
         self._centres, self._reach = positions_t1.copy(), np.zeros(len(positions_t1))
         if not ("still" in self._rules and self._start_is_free):
             moving[:] = True

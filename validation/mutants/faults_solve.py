@@ -278,8 +278,8 @@ SOLVERS = [
     Fault(
         "violation-in-metres",
         "izo_ref/zones/serial/residuals.py",
-        "        violation / thickness,\n",
-        "        violation,\n",
+        "    residuals_out[1] = violation / thickness\n",
+        "    residuals_out[1] = violation\n",
         "The violation is compared in metres instead of in thicknesses.",
         (RESIDUALS,),
         CPU_SIMULATOR,

@@ -21,7 +21,9 @@ def sort_rows(rows: Ints, n_values: int) -> Ints:
         (n,) i4, the row at each place.
     """
     n = rows.shape[0]
-    order, other = np.arange(n).astype(np.int32), np.empty(n, np.int32)
+    order, other = np.empty(n, np.int32), np.empty(n, np.int32)
+    for i in range(n):
+        order[i] = i
     for column in range(rows.shape[1] - 1, -1, -1):
         places = np.zeros(n_values + 1, np.int64)
         for i in range(n):
@@ -46,13 +48,15 @@ def edges_of_faces(faces: Faces) -> Edges:
             sides[3 * i + k, 0], sides[3 * i + k, 1] = min(a, b), max(a, b)
             n_vertices = max(n_vertices, a + 1)
     order, n_edges = sort_rows(sides, n_vertices), 0
-    edges = np.empty(sides.shape, np.int32)
-    for side in order:
-        a, b = sides[side, 0], sides[side, 1]
-        if n_edges == 0 or edges[n_edges - 1, 0] != a or edges[n_edges - 1, 1] != b:
-            edges[n_edges, 0], edges[n_edges, 1] = a, b
+    for i in range(order.shape[0]):
+        a, b = sides[order[i], 0], sides[order[i], 1]
+        if i == 0 or a != sides[order[i - 1], 0] or b != sides[order[i - 1], 1]:
+            order[n_edges] = order[i]
             n_edges += 1
-    return edges[:n_edges].copy()
+    edges = np.empty((n_edges, 2), np.int32)
+    for i in range(n_edges):
+        edges[i, 0], edges[i, 1] = sides[order[i], 0], sides[order[i], 1]
+    return edges
 
 
 @compiled

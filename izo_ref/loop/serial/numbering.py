@@ -63,10 +63,10 @@ def order_sides(
             lowest = min(nodes_out[j, 1], nodes_out[j, 2], nodes_out[j, 3])
             after[j], first[lowest] = first[lowest], j
     for i in range(faces.shape[0] - 1, -1, -1):
-        j = first[min(faces[i, 0], faces[i, 1], faces[i, 2])]
-        while j >= 0:
-            _order_corners(j, faces[i], nodes_out, weights_out)
-            j = after[j]
+        other = int(first[min(faces[i, 0], faces[i, 1], faces[i, 2])])
+        while other >= 0:
+            _order_corners(other, faces[i], nodes_out, weights_out)
+            other = int(after[other])
 
 
 @compiled

@@ -19,6 +19,8 @@ from izo_ref.base.compile import compiled
 
 # Bound of the rounding of a frozen gap, over the largest coordinate (`zones/residuals.py`).
 GAP_ROUNDING = 8.0 * math.sqrt(3.0) * 2.0**-53
+# The residuals that are infinite for a zone without numbers. The others are floors.
+N_INFINITE = 6
 
 
 @compiled
@@ -36,7 +38,8 @@ def residuals_of_zone(
     positions: Positions,
     multipliers: Multipliers,
     forces: Floats,
-) -> tuple[float, float, float, float, float, float, float, float]:
+    residuals_out: Floats,
+) -> None:
     """Judge the zone of the impacts begin..end and the vertices first..last.
 
     Args:
@@ -53,9 +56,7 @@ def residuals_of_zone(
         positions: (n_vertices, 3) f8 [m], x.
         multipliers: (n_impacts,) f8 [kg], l.
         forces: (n_vertices, 3) f8, zeros; A^T l+ [kg m] is added.
-
-    Returns:
-        The fields of `Residuals`.
+        residuals_out: (8,) f8, the fields of `Residuals`.
     """
     products, pushes, violation, largest, negative, coordinate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(begin, end):
@@ -84,16 +85,14 @@ def residuals_of_zone(
                 moved_sq += moved**2
                 error_sq += (moved - forces[i, axis] / sqrt_mass) ** 2
     objective, rounding = 0.5 * moved_sq, GAP_ROUNDING * coordinate
-    return (
-        violation,
-        violation / thickness,
-        _ratio(negative, largest),
-        math.sqrt(_ratio(error_sq, moved_sq)),
-        _ratio(products, objective),
-        _ratio(0.5 * error_sq + products, objective),
-        rounding / thickness,
-        _ratio(rounding * pushes, objective),
-    )
+    residuals_out[0] = violation
+    residuals_out[1] = violation / thickness
+    residuals_out[2] = _ratio(negative, largest)
+    residuals_out[3] = math.sqrt(_ratio(error_sq, moved_sq))
+    residuals_out[4] = _ratio(products, objective)
+    residuals_out[5] = _ratio(0.5 * error_sq + products, objective)
+    residuals_out[6] = rounding / thickness
+    residuals_out[7] = _ratio(rounding * pushes, objective)
 
 
 @compiled
@@ -115,8 +114,8 @@ def judge_zones(
     for zone in range(residuals_out.shape[0]):
         begin, end = impact_offsets[zone], impact_offsets[zone + 1]
         first, last = vertex_offsets[zone], vertex_offsets[zone + 1]
-        if _are_finite(positions[first:last]) and _are_finite(multipliers[begin:end]):
-            residuals_out[zone] = residuals_of_zone(
+        if _are_finite(begin, end, first, last, positions, multipliers):
+            residuals_of_zone(
                 begin,
                 end,
                 first,
@@ -130,18 +129,31 @@ def judge_zones(
                 positions,
                 multipliers,
                 forces,
+                residuals_out[zone],
             )
         else:
-            residuals_out[zone, :6], residuals_out[zone, 6:] = math.inf, 0.0
+            for k in range(residuals_out.shape[1]):
+                residuals_out[zone, k] = math.inf if k < N_INFINITE else 0.0
 
 
 @compiled
-def _are_finite(values: Floats) -> bool:
-    """Return whether all numbers are finite."""
-    n_finite = 0
-    for value in values.flat:
-        n_finite += math.isfinite(value)
-    return n_finite == values.size
+def _are_finite(
+    begin: AnyInt,
+    end: AnyInt,
+    first: AnyInt,
+    last: AnyInt,
+    positions: Positions,
+    multipliers: Multipliers,
+) -> bool:
+    """Return whether the positions and the multipliers of a zone are finite."""
+    for i in range(first, last):
+        for axis in range(3):
+            if not math.isfinite(positions[i, axis]):
+                return False
+    for j in range(begin, end):  # noqa: SIM110
+        if not math.isfinite(multipliers[j]):
+            return False
+    return True
 
 
 @compiled
