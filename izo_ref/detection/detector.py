@@ -12,7 +12,7 @@ from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.known_impacts import KnownImpacts
 from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
-from izo_ref.detection.serial.reach import largest_moves, moving_vertices, renew_reach
+from izo_ref.detection.serial.reach import largest_moves, renew_reach
 from izo_ref.detection.trees import Elements, VertexBoxes, tree_orders
 
 # A vertex that left its reach gets a new one: this many times its move since the last detection,
@@ -113,7 +113,7 @@ class Detector:
 
     def _begin(self, positions_t1: Positions) -> None:
         """Look at all pairs, except those that a rule leaves out."""
-        moving = moving_vertices(self._positions_t0, positions_t1)
+        moving = largest_moves(positions_t1, self._positions_t0)[0] > 0.0
         self._make_trees(positions_t1, bool(moving.all()))
         self._centres, self._reach = positions_t1.copy(), np.zeros(len(positions_t1))
         if not ("still" in self._rules and self._start_is_free):

@@ -9,7 +9,7 @@ from izo_ref.base.records import Impacts, Pairs, join_impacts, no_impacts
 from izo_ref.detection.cpu import frames as kernels
 from izo_ref.detection.near_pairs import Contacts
 from izo_ref.detection.pair_keys import pair_keys
-from izo_ref.detection.serial.reach import moving_vertices
+from izo_ref.detection.serial.reach import largest_moves
 
 
 class KnownImpacts:
@@ -63,7 +63,7 @@ class KnownImpacts:
 
     def _impacts_of(self, contacts: Contacts, positions_t1: Positions) -> tuple[Indices, Impacts]:
         """Return the impacts among some contacts, and their keys."""
-        moving = moving_vertices(self._positions_t0, positions_t1)
+        moving = largest_moves(positions_t1, self._positions_t0)[0] > 0.0
         if self._start_is_free and not moving.all():
             contacts = contacts.take(moving.take(contacts.nodes).any(axis=1))
         if self._excluded is not None:

@@ -20,11 +20,11 @@ from izo_ref.base.arrays import (
     Positions,
 )
 from izo_ref.base.records import TreeOrders
+from izo_ref.base.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
 from izo_ref.detection.serial.boxes import bounds
 from izo_ref.detection.serial.near import pack_pairs
-from izo_ref.detection.serial.order import sort_elements
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 
 # Pairs for which each chunk of queries has room at first: eight for each query. Memory that is
@@ -82,7 +82,11 @@ def tree_orders(positions: Positions, edges: Edges, faces: Faces) -> TreeOrders:
     order = np.argsort(morton_codes_of(positions, vertices)).astype(np.int32)
     place = np.empty(len(order), np.int32)
     place[order] = vertices[:, 0]
-    return order, sort_elements(place, edges), sort_elements(place, faces)
+    edge_rows, face_rows = (
+        renumbered_rows(place, nodes, np.arange(len(nodes), dtype=np.int32))
+        for nodes in (edges, faces)
+    )
+    return order, sort_rows(edge_rows, len(order)), sort_rows(face_rows, len(order))
 
 
 def bare_tree(n: int, dtype: DTypeLike) -> tuple[AnyFloats, Bits, Offsets]:

@@ -11,10 +11,11 @@ import copy
 
 import numpy as np
 
-from izo_ref.base.arrays import Faces, Indices
+from izo_ref.base.arrays import Faces, Indices, Ints
 from izo_ref.base.records import Impacts, Pairs
+from izo_ref.base.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.trees import morton_codes_of
-from izo_ref.loop.serial.numbering import order_sides, renumbered_edges, renumbered_faces
+from izo_ref.loop.serial.numbering import order_sides
 from izo_ref.scene import Scene
 
 
@@ -51,8 +52,8 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
         setattr(result, name, getattr(scene, name).take(order, axis=0))
     result.on_gpu = {name: (array, order) for name, (array, _) in scene.on_gpu.items()}
     _, edges, faces = scene.tree_orders  # an order in which what is sorted is close in memory
-    result.faces = renumbered_faces(place, scene.faces, faces)
-    result.edges = renumbered_edges(place, scene.edges, edges)
+    result.faces = _sorted_elements(place, scene.faces, faces)
+    result.edges = _sorted_elements(place, scene.edges, edges)
     # Elements that are sorted by their vertices on the curve are sorted in space: queries of the
     # trees take as long as with an order of their own.
     vertices, edges, faces = (
@@ -63,6 +64,12 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
     if scene.excluded is not None:
         result.excluded = Pairs(place[scene.excluded.nodes], scene.excluded.is_edge_edge)
     return result
+
+
+def _sorted_elements(place: Ints, nodes: Ints, order: Ints) -> Ints:
+    """Return elements with other numbers, each with its lowest vertex first, sorted."""
+    rows = renumbered_rows(place, nodes, order)
+    return rows.take(sort_rows(rows, len(place)), axis=0)
 
 
 def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[Impacts, Indices]:

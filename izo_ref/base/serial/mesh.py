@@ -1,8 +1,8 @@
-"""Sort the elements of a mesh by their vertices, find its edges, and measure them."""
+"""Sort and renumber the elements of a mesh, and measure its edges."""
 
 import numpy as np
 
-from izo_ref.base.arrays import Edges, Faces, Floats, Ints, Positions
+from izo_ref.base.arrays import Edges, Floats, Ints, Positions
 from izo_ref.base.compile import compiled
 
 
@@ -39,24 +39,28 @@ def sort_rows(rows: Ints, n_values: int) -> Ints:
 
 
 @compiled
-def edges_of_faces(faces: Faces) -> Edges:
-    """Return the edges of faces, each edge once, the lower vertex first, sorted, (k, 2) i4."""
-    sides, n_vertices = np.empty((3 * faces.shape[0], 2), np.int32), 0
-    for i in range(faces.shape[0]):
-        for k in range(3):
-            a, b = faces[i, k], faces[i, (k + 1) % 3]
-            sides[3 * i + k, 0], sides[3 * i + k, 1] = min(a, b), max(a, b)
-            n_vertices = max(n_vertices, a + 1)
-    order, n_edges = sort_rows(sides, n_vertices), 0
+def renumbered_rows(place: Ints, nodes: Ints, order: Ints) -> Ints:
+    """Return elements with other numbers, each rotated until its lowest number is first.
+
+    A rotation keeps the orientation of a face.
+
+    Args:
+        place: (n_vertices,) i4, the number of each vertex.
+        nodes: (n, k) i4, the vertices of each element.
+        order: (n,) i4, the order in which the elements are gathered.
+
+    Returns:
+        (n, k) i4.
+    """
+    rows, k = np.empty(nodes.shape, np.int32), nodes.shape[1]
     for i in range(order.shape[0]):
-        a, b = sides[order[i], 0], sides[order[i], 1]
-        if i == 0 or a != sides[order[i - 1], 0] or b != sides[order[i - 1], 1]:
-            order[n_edges] = order[i]
-            n_edges += 1
-    edges = np.empty((n_edges, 2), np.int32)
-    for i in range(n_edges):
-        edges[i, 0], edges[i, 1] = sides[order[i], 0], sides[order[i], 1]
-    return edges
+        element, first = order[i], 0
+        for m in range(1, k):
+            if place[nodes[element, m]] < place[nodes[element, first]]:
+                first = m
+        for m in range(k):
+            rows[i, m] = place[nodes[element, (first + m) % k]]
+    return rows
 
 
 @compiled

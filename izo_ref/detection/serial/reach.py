@@ -13,15 +13,6 @@ def _largest_difference(i: AnyInt, a: Positions, b: Positions) -> float:
 
 
 @compiled
-def moving_vertices(positions_t0: Positions, positions_t1: Positions) -> Flags:
-    """Return which vertices do not end where they start, (n_vertices,) b1."""
-    moving = np.empty(positions_t0.shape[0], np.bool_)
-    for i in range(positions_t0.shape[0]):
-        moving[i] = _largest_difference(i, positions_t0, positions_t1) > 0.0
-    return moving
-
-
-@compiled
 def largest_moves(positions: Positions, previous: Positions) -> tuple[Floats, int]:
     """Return how far each vertex moved, and how many vertices moved.
 

@@ -1,45 +1,9 @@
-"""Renumber a mesh, and put the sides of impacts into the order of the caller's elements."""
+"""Put the sides of impacts into the order of the caller's faces and edges."""
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, Edges, Faces, Flags, Indices, Ints, Nodes, Normals, Weights
+from izo_ref.base.arrays import AnyInt, Faces, Flags, Indices, Nodes, Normals, Weights
 from izo_ref.base.compile import compiled
-from izo_ref.base.serial.mesh import sort_rows
-
-
-@compiled
-def renumbered_faces(place: Ints, faces: Faces, order: Ints) -> Faces:
-    """Return the faces with other numbers, each with its lowest corner first, sorted.
-
-    Args:
-        place: (n_vertices,) i4, the number of each vertex.
-        faces: (n_faces, 3) i4.
-        order: (n_faces,) i4, the order in which the faces are gathered.
-    """
-    rows = np.empty(faces.shape, np.int32)
-    for i in range(order.shape[0]):
-        face = faces[order[i]]
-        a, b, c = place[face[0]], place[face[1]], place[face[2]]
-        while a > b or a > c:  # a rotation keeps the orientation
-            a, b, c = b, c, a
-        rows[i, 0], rows[i, 1], rows[i, 2] = a, b, c
-    return rows[sort_rows(rows, place.shape[0])]
-
-
-@compiled
-def renumbered_edges(place: Ints, edges: Edges, order: Ints) -> Edges:
-    """Return the edges with other numbers, each with its lower vertex first, sorted.
-
-    Args:
-        place: (n_vertices,) i4, the number of each vertex.
-        edges: (n_edges, 2) i4.
-        order: (n_edges,) i4, the order in which the edges are gathered.
-    """
-    rows = np.empty(edges.shape, np.int32)
-    for i in range(order.shape[0]):
-        a, b = place[edges[order[i], 0]], place[edges[order[i], 1]]
-        rows[i, 0], rows[i, 1] = min(a, b), max(a, b)
-    return rows[sort_rows(rows, place.shape[0])]
 
 
 @compiled
