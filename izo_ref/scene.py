@@ -19,10 +19,10 @@ from izo_ref.base.errors import (
     OptionError,
     UncertifiedStartError,
 )
-from izo_ref.base.mesh import edges_of
 from izo_ref.base.records import Components, Pairs, TreeOrders
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.intersections import find_intersections
+from izo_ref.detection.mesh import edges_of
 from izo_ref.detection.trees import tree_orders
 
 SHOWN = 5  # intersections that the message of an error names

@@ -5,11 +5,11 @@ from collections.abc import Set
 import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Flags, Floats, Positions
-from izo_ref.base.mesh import median_length
 from izo_ref.base.options import RULES
 from izo_ref.base.records import Components, Impacts, PairCounts, Pairs, TreeOrders
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.known_impacts import KnownImpacts
+from izo_ref.detection.mesh import median_length
 from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.serial.reach import largest_moves, renew_reach

@@ -20,10 +20,10 @@ from izo_ref.base.arrays import (
     Positions,
 )
 from izo_ref.base.records import TreeOrders
-from izo_ref.base.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
 from izo_ref.detection.serial.boxes import bounds
+from izo_ref.detection.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.serial.near import pack_pairs
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from izo_ref.base.arrays import Faces, Indices, Ints
 from izo_ref.base.records import Impacts, Pairs
-from izo_ref.base.serial.mesh import renumbered_rows, sort_rows
+from izo_ref.detection.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.trees import morton_codes_of
 from izo_ref.loop.serial.numbering import order_sides
 from izo_ref.scene import Scene

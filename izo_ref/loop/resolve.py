@@ -12,11 +12,11 @@ import numpy as np
 from izo_ref.base import checks
 from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.devices import choose_device, implementation
-from izo_ref.base.mesh import median_length
 from izo_ref.base.options import DEFAULTS, Options
 from izo_ref.base.records import Impacts, SceneArrays, Status
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
+from izo_ref.detection.mesh import median_length
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.iterate import Iteration, Loop
 from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numbering

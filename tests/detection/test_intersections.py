@@ -8,8 +8,8 @@ import pytest
 
 import izo_ref
 from izo_ref import errors
-from izo_ref.base.mesh import edges_of
 from izo_ref.detection.intersections import find_intersections
+from izo_ref.detection.mesh import edges_of
 from tests.helpers.shapes import grid
 from tests.naive.simplices import simplices_meet
 

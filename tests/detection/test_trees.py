@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.base.mesh import edges_of
 from izo_ref.detection import trees as broad
+from izo_ref.detection.mesh import edges_of
 from izo_ref.detection.serial.tree import box_of, meeting_lanes
 from izo_ref.detection.trees import Elements, VertexBoxes, meeting_pairs
 from tests.helpers.shapes import grid, two_sheets

@@ -5,8 +5,8 @@ import re
 import numpy as np
 import pytest
 
-from izo_ref.base.mesh import edges_of
 from izo_ref.detection.intersections import find_intersections
+from izo_ref.detection.mesh import edges_of
 from tests.helpers.own_scenes import scene
 from tests.helpers.shapes import grid
 from tests.helpers.steps import load

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.base.mesh import edges_of
+from izo_ref.detection.mesh import edges_of
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from validation.oracles import ipc
 from validation.oracles.ipc import has_intersections, path_hits

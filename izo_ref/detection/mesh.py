@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Positions
-from izo_ref.base.serial.mesh import sort_rows, squared_lengths
+from izo_ref.detection.serial.mesh import sort_rows, squared_lengths
 
 
 def edges_of(faces: Faces) -> Edges:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from izo_ref.base.mesh import edges_of, median_length
-from izo_ref.base.serial.mesh import sort_rows
+from izo_ref.detection.mesh import edges_of, median_length
+from izo_ref.detection.serial.mesh import sort_rows
 
 
 @pytest.mark.parametrize(
