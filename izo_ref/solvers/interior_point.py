@@ -199,6 +199,8 @@ def interior_point(
             best = (error, z, multipliers, iteration)
         if error < CONVERGED_ERROR or iteration > best[3] + 5:
             break
+        if min(slack.min(), multipliers.min()) <= 0.0:  # a step to the boundary was rounded onto it
+            break
         if norm > FARTHEST:
             return z * scale, multipliers * scale, iteration, False
         newton.factorize(slack, multipliers)

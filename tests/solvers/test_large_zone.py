@@ -1,5 +1,7 @@
 """Large zones: which of two methods solves them, and that both end at the optimum."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,85 @@ def test_a_shared_pinned_vertex_does_not_entangle_a_zone(rng):
         nodes, problem.weights, problem.normals, proposed, masses, problem.thickness
     )
     assert not is_entangled(large_zone(shared))
+
+
+DEEP_M = 500.0  # rounding at this size is half of the tolerance at a thickness of 1e-4 m
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize(("make", "size"), [(chain_zone, (400,)), (stack_zone, (6, 12))])
+def test_impacts_far_deeper_than_the_thickness_are_solved_to_the_same_tolerance(make, size, seed):
+    drawn = make(np.random.default_rng(seed), *size)
+    scale = DEEP_M / (-drawn.gaps(drawn.proposed)).max()
+    zone = large_zone(
+        type(drawn)(
+            drawn.nodes, drawn.weights, drawn.normals, scale * drawn.proposed, drawn.masses, 1e-4
+        )
+    )
+    tolerance_m = 1e-9 * 1e-4
+    first = solve_large_zone(zone, np.zeros(len(zone.rhs)), 1e-9, tolerance_m, False)
+    again = solve_large_zone(zone, 1.1 * first.multipliers, 1e-9, tolerance_m, False)
+    for solution in (first, again):
+        assert solution.solved
+        # exact sums, because those of floats have a rounding of the size of the tolerance
+        assert violation_m(zone, solution.z) <= tolerance_m
+        slack = zone.times(solution.z) - zone.rhs
+        gap = 2.0 * (solution.multipliers * np.abs(slack)).sum() / (solution.z**2).sum()
+        assert gap <= 1e-9
+
+
+def violation_m(zone, z):
+    """Return the largest violation of a zone [m], with exact products and sums."""
+    largest = 0.0
+    for nodes, coefficients, normal, s, length in zip(*zone[:5], strict=True):
+        terms = [
+            Fraction(float(c)) * Fraction(float(n)) * Fraction(float(z[3 * node + axis]))
+            for node, c in zip(nodes, coefficients, strict=True)
+            if node >= 0
+            for axis, n in enumerate(normal)
+        ]
+        largest = max(largest, float(Fraction(float(s)) - sum(terms)) * length)
+    return largest
+
+
+def miss(monkeypatch, by_m):
+    """Let the first call of the interior point miss by a distance; return the list of calls."""
+    calls, exact = [], large.interior_point
+
+    def missing(zone, *given):
+        z, multipliers, steps, solved = exact(zone, *given)
+        calls.append(zone)
+        if len(calls) == 1:
+            off = zone.times(z) - zone.rhs
+            worst = int(np.argmin(off))
+            z, solved = z.copy(), False
+            at = 3 * zone.nodes[worst, 0]
+            row = zone.coefficients[worst, 0] * zone.normals[worst]
+            z[at : at + 3] -= row * (by_m / zone.lengths[worst] + off[worst]) / (row @ row)
+        return z, multipliers, steps, solved
+
+    monkeypatch.setattr(large, "interior_point", missing)
+    return calls
+
+
+def test_a_zone_that_is_missed_by_little_is_aimed_at_again(rng, monkeypatch):
+    problem = chain_zone(rng, 400)
+    zone, tolerance_m = large_zone(problem), 1e-9 * problem.thickness
+    calls = miss(monkeypatch, 3.0 * tolerance_m)
+    solution = solve_large_zone(zone, np.zeros(400), 1e-9, tolerance_m, False)
+    assert solution.solved
+    assert violation_m(zone, solution.z) <= tolerance_m
+    aimed_beyond = (calls[1].rhs - zone.rhs) * zone.lengths
+    assert len(calls) == 2
+    assert np.allclose(aimed_beyond, 12.0 * tolerance_m, rtol=1e-3)
+
+
+def test_a_zone_that_is_missed_by_far_is_not_solved_again(rng, monkeypatch):
+    problem = chain_zone(rng, 400)
+    zone, tolerance_m = large_zone(problem), 1e-9 * problem.thickness
+    calls = miss(monkeypatch, 1e3 * tolerance_m)
+    assert not solve_large_zone(zone, np.zeros(400), 1e-9, tolerance_m, False).solved
+    assert len(calls) == 1
 
 
 def test_an_infeasible_zone_is_reported_unsolved(rng):
