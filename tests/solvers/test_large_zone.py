@@ -99,20 +99,22 @@ def violation_m(zone, z):
     return largest
 
 
-def miss(monkeypatch, by_m):
-    """Let the first call of the interior point miss by a distance; return the list of calls."""
+def miss(monkeypatch, *by_m):
+    """Let the first calls of the interior point miss by distances; return the list of calls."""
     calls, exact = [], large.interior_point
 
     def missing(zone, *given):
         z, multipliers, steps, solved = exact(zone, *given)
         calls.append(zone)
-        if len(calls) == 1:
+        if len(calls) <= len(by_m):
             off = zone.times(z) - zone.rhs
             worst = int(np.argmin(off))
             z, solved = z.copy(), False
             at = 3 * zone.nodes[worst, 0]
             row = zone.coefficients[worst, 0] * zone.normals[worst]
-            z[at : at + 3] -= row * (by_m / zone.lengths[worst] + off[worst]) / (row @ row)
+            z[at : at + 3] -= (
+                row * (by_m[len(calls) - 1] / zone.lengths[worst] + off[worst]) / (row @ row)
+            )
         return z, multipliers, steps, solved
 
     monkeypatch.setattr(large, "interior_point", missing)
@@ -128,7 +130,19 @@ def test_a_zone_that_is_missed_by_little_is_aimed_at_again(rng, monkeypatch):
     assert violation_m(zone, solution.z) <= tolerance_m
     aimed_beyond = (calls[1].rhs - zone.rhs) * zone.lengths
     assert len(calls) == 2
-    assert np.allclose(aimed_beyond, 12.0 * tolerance_m, rtol=1e-3)
+    assert np.allclose(aimed_beyond, 6.0 * tolerance_m, rtol=1e-3)
+
+
+@pytest.mark.parametrize(("second", "n_calls"), [(5.5, 2), (6.5, 2), (8.0, 3)])
+def test_an_aim_beyond_may_be_missed_as_long_as_the_zone_is_not(rng, monkeypatch, second, n_calls):
+    """The second aim is 6 tolerances beyond, so up to 7 may be missing there."""
+    problem = chain_zone(rng, 400)
+    zone, tolerance_m = large_zone(problem), 1e-9 * problem.thickness
+    calls = miss(monkeypatch, 3.0 * tolerance_m, second * tolerance_m)
+    solution = solve_large_zone(zone, np.zeros(400), 1e-9, tolerance_m, False)
+    assert solution.solved
+    assert len(calls) == n_calls
+    assert violation_m(zone, solution.z) <= tolerance_m
 
 
 def test_a_zone_that_is_missed_by_far_is_not_solved_again(rng, monkeypatch):
