@@ -44,7 +44,8 @@ class Options:
             unpinned vertex with one taken before. `first-of-any` takes an impact if it is the
             earliest for at least one of its unpinned vertices. `all` takes all. `independent` is
             the default because it ends closest to the proposed positions; it takes the most
-            iterations.
+            iterations. Where impacts are far deeper than edges are long, `independent` holds whole
+            surfaces at once.
         max_iterations: Largest number of detections of the main loop before zones are scaled back.
             ARCSim allows 100; the steps on which this was developed take 2 to 50.
         relinearize: Largest number of rounds in which the tight impacts get new normals and

@@ -25,7 +25,7 @@ from izo_ref.loop.step import Step
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
-from izo_ref.zones.selection import select_impacts
+from izo_ref.zones.selection import is_deep, select_impacts
 from izo_ref.zones.serial.selection import prescribed_impacts
 from izo_ref.zones.system import zone_system
 
@@ -79,6 +79,7 @@ class CpuStep(Step):
         self.multipliers, self.starts = multipliers, np.zeros(len(multipliers))
         self.active = multipliers > 0.0
         self.stuck = np.zeros(len(self.scene.pinned), bool)
+        self._is_deep: bool | None = None  # None before the first impacts are selected
 
     def relinearize(self) -> None:
         """Go back to the proposed positions, and linearize the tight impacts anew."""
@@ -131,7 +132,9 @@ class CpuStep(Step):
         if len(self.found.toi) == 0:
             return 0
         hopeful = self.found.take(~self.stuck.take(self.found.nodes).any(axis=1))
-        kept = select_impacts(hopeful, self.scene.pinned, self._options.selection)
+        if self._is_deep is None:
+            self._is_deep = is_deep(self.found, self.scene.positions_t0, self.positions)
+        kept = select_impacts(hopeful, self.scene.pinned, self._options.selection, self._is_deep)
         self.impacts = join_impacts((self.impacts, hopeful.take(kept)))
         return int(np.count_nonzero(kept))
 

@@ -44,7 +44,7 @@ from izo_ref.solvers.gpu_constraints import GpuConstraints, Members
 from izo_ref.solvers.gpu_solve import solve_zones
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.gpu_grouping import blocks_of, build_zones, choose_zones
-from izo_ref.zones.gpu_selection import select_impacts
+from izo_ref.zones.gpu_selection import is_deep, select_impacts
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.system import zone_system
 
@@ -68,6 +68,7 @@ class GpuStep(Step):
         self._masses, self._pinned = to_gpu(masses), to_gpu(scene.pinned)
         inverse = np.where(scene.pinned, 0.0, 1.0 / np.sqrt(scene.masses))
         self._inverse_sqrt_masses = to_gpu(inverse)
+        self._start = positions_of(scene, "positions_t0")
         self._proposed = positions_of(scene, "positions_t1")
         self.longest = (self._proposed, -1.0)
         self._seen: GpuArray = None  # positions of the last detection
@@ -80,6 +81,7 @@ class GpuStep(Step):
         self.active = empty(self.n_impacts, np.bool_)
         kernels.flag_positive[self.n_impacts](multipliers, self.active)
         self.stuck = full(self._n, False, np.bool_)
+        self._is_deep: bool | None = None  # None before the first impacts are selected
 
     def relinearize(self) -> None:
         """Go back to the proposed positions, and linearize the tight impacts anew."""
@@ -152,7 +154,10 @@ class GpuStep(Step):
         kernels.flag_hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
         index = flatnonzero(hopeful)
         new = self.found if index.shape[0] == n else take_impacts(self.found, index)
-        new = take_impacts(new, select_impacts(new, self._pinned, self._options.selection))
+        if self._is_deep is None:
+            self._is_deep = is_deep(self.found, self._start, self.positions)
+        kept = select_impacts(new, self._pinned, self._options.selection, self._is_deep)
+        new = take_impacts(new, kept)
         self.impacts = concatenate_impacts(self.impacts, new)
         return new.toi.shape[0]
 

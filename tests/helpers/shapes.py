@@ -70,6 +70,26 @@ def two_sheets(rng, n=8, gap=0.05, pinned_below=False):
     return izo_ref.Scene(start, end, np.concatenate((faces, faces + n * n)), masses, pinned)
 
 
+def falling_sheet(n_layers, depth, n=4, gap=0.05, rotation=None):
+    """Return a scene in which the uppermost of some equal sheets falls through all others.
+
+    Args:
+        n_layers: number of sheets, each above the next one.
+        depth: length of the fall [m].
+        n: vertices along a side.
+        gap: distance of neighbouring sheets [m].
+        rotation: (3, 3) rotation of the whole scene, or None.
+    """
+    sheets = [grid(n, -gap * layer) for layer in range(n_layers)]
+    start = np.concatenate([positions for positions, _ in sheets])
+    faces = np.concatenate([faces + n * n * k for k, (_, faces) in enumerate(sheets)])
+    end = start.copy()
+    end[: n * n, 2] -= depth
+    if rotation is not None:
+        start, end = start @ rotation.T, end @ rotation.T
+    return izo_ref.Scene(start, end, faces)
+
+
 def random_problem(rng, n_impacts, mass_ratio=1.0, n_vertices=None, thickness=1e-3):
     """Return a zone problem of random impacts on few vertices, which may be infeasible.
 

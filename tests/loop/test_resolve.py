@@ -11,7 +11,13 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import errors
 from izo_ref.base.devices import require_gpu
-from tests.helpers.shapes import grid, pinched_sheet, two_sheets, vertex_over_face
+from tests.helpers.shapes import (
+    falling_sheet,
+    grid,
+    pinched_sheet,
+    two_sheets,
+    vertex_over_face,
+)
 from tests.helpers.steps import load_step
 
 
@@ -267,3 +273,42 @@ def test_a_scene_may_be_empty():
     result = izo_ref.resolve(izo_ref.Scene(np.empty((0, 3)), np.empty((0, 3)), []))
     assert result.status is Status.FREE
     assert result.positions.shape == (0, 3)
+
+
+def objective_of_layers(n_layers, depth, gap, thickness):
+    """Return the objective if all sheets of `falling_sheet` end as flat layers at the thickness."""
+    layers = np.arange(n_layers)
+    proposed = -gap * layers - depth * (layers == 0)
+    left = proposed + thickness * layers  # the layers leave the centre of mass where it is
+    return float(((left - left.mean()) ** 2).mean())
+
+
+@pytest.mark.parametrize("rotated", [False, True])
+@pytest.mark.parametrize(("n_layers", "depth"), [(2, 100.0), (4, 10.0), (6, 100.0), (4, 1000.0)])
+def test_a_sheet_that_falls_far_through_others_takes_them_along(rng, n_layers, depth, rotated):
+    """Impacts are up to 3000 edges deep. Each sheet is held before the next one is met."""
+    rotation = np.linalg.qr(rng.normal(size=(3, 3)))[0] if rotated else None
+    scene = falling_sheet(n_layers, depth, rotation=rotation)
+    result = izo_ref.resolve(scene, 1e-4)
+    assert result.status is Status.FREE
+    assert result.certificate.free
+    expected = objective_of_layers(n_layers, depth, 0.05, 1e-4)
+    # floats this far from the origin round by up to 1e-13 m, which is 1e-9 of the thickness
+    assert result.objective == pytest.approx(expected, rel=1e-9)
+    assert sum(line.round == 0 for line in result.history) <= n_layers + 1
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_sheet_of_which_each_vertex_is_thrown_far_ends_free(seed):
+    rng = np.random.default_rng(seed)
+    start, faces = grid(6)
+    scene = izo_ref.Scene(start, start + 10.0 * rng.normal(size=start.shape), faces)
+    result = izo_ref.resolve(scene, 1e-4)
+    assert result.status is Status.FREE
+    assert result.certificate.free
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
+def test_same_bits_with_one_thread_and_with_two_in_a_deep_step():
+    scene = falling_sheet(6, 100.0, n=8)
+    same_bits(with_threads(1, scene, 1e-4), with_threads(2, scene, 1e-4))

@@ -39,6 +39,32 @@ def first_of_any(toi, nodes, pinned):
     return sorted(chosen)
 
 
+def first_of_main_vertices(toi, nodes, weights, is_edge_edge, pinned, soon):
+    """Take impacts as in a deep step.
+
+    An impact counts for the unpinned vertex of the largest weight on each side. It waits if one of
+    these meets something earlier, by more than a factor. Of the others, an impact is taken if it is
+    the first for one of its vertices: vertex-face impacts first, then by time.
+    """
+    mains = []
+    for j in range(len(toi)):
+        own = [(float(w), int(v)) for w, v in zip(weights[j], nodes[j], strict=True)]
+        own = [(w, v) for w, v in own if not pinned[v]]
+        sides = [p for p in own if p[0] > 0], [p for p in own if p[0] < 0]
+        mains.append({max(side, key=lambda p: abs(p[0]))[1] for side in sides if side})
+    first = {}
+    for j, vertices in enumerate(mains):
+        for v in vertices:
+            first[v] = min(first.get(v, 1.0), toi[j])
+    ready = [j for j in range(len(toi)) if toi[j] <= soon * min(first[v] for v in mains[j])]
+    chosen, held = [], set()
+    for j in sorted(ready, key=lambda j: (is_edge_edge[j], toi[j], j)):
+        if mains[j] - held:
+            chosen.append(j)
+        held |= mains[j]
+    return sorted(chosen)
+
+
 def moving_box_pairs(nodes_a, nodes_b, start, end, same):
     """Return the pairs of elements without a common vertex whose moving boxes meet.
 

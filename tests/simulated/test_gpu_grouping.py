@@ -8,7 +8,7 @@ from izo_ref.base.records import Impacts
 from izo_ref.zones import grouping as zones
 from izo_ref.zones import selection
 from izo_ref.zones.gpu_grouping import build_zones
-from izo_ref.zones.gpu_selection import select_impacts
+from izo_ref.zones.gpu_selection import is_deep, select_impacts
 
 
 class Scene:
@@ -40,6 +40,36 @@ def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
     chosen = to_cpu(select_impacts(on_gpu(impacts), to_gpu(pinned), name))
     expected = np.flatnonzero(selection.select_impacts(impacts, pinned, name))
     assert np.array_equal(chosen, expected)
+
+
+@pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
+def test_the_same_impacts_are_selected_in_a_deep_step(rng, n, n_vertices):
+    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
+    inside = rng.dirichlet([1.0, 1.0, 1.0], n)
+    edges = np.column_stack((inside[:, 0], 1.0 - inside[:, 0], -inside[:, 1], inside[:, 1] - 1.0))
+    faces = np.column_stack((np.ones(n), -inside))
+    impacts = impacts._replace(weights=np.where(impacts.is_edge_edge[:, None], edges, faces))
+    impacts = impacts.take(~pinned[impacts.nodes].all(axis=1))
+    chosen = to_cpu(select_impacts(on_gpu(impacts), to_gpu(pinned), "independent", deep=True))
+    expected = selection.select_impacts(impacts, pinned, "independent", deep=True)
+    assert np.array_equal(chosen, np.flatnonzero(expected))
+
+
+@pytest.mark.parametrize("n", [0, 1, 40])
+def test_the_same_steps_are_deep(rng, n):
+    impacts, start = random_impacts(rng, n, 12), rng.normal(size=(12, 3))
+    weights = rng.normal(size=(n, 4))
+    impacts = impacts._replace(
+        weights=weights - weights.mean(axis=1)[:, None], normals=rng.normal(size=(n, 3))
+    )
+    answers = set()
+    for scale in (1.0, 1e3, -1e3):
+        end = scale * start
+        answers.add(selection.is_deep(impacts, start, end))
+        assert is_deep(on_gpu(impacts), to_gpu(start), to_gpu(end)) == selection.is_deep(
+            impacts, start, end
+        )
+    assert len(answers) == (1 if n == 0 else 2)
 
 
 @pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])

@@ -10,7 +10,7 @@ from izo_ref.base.options import LAGRANGIAN
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.presets import GPU_METHOD, PRESETS
-from tests.helpers.shapes import pinched_sheet, two_sheets, vertex_over_face
+from tests.helpers.shapes import falling_sheet, pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
 pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
@@ -52,6 +52,15 @@ def assert_same(found, expected):
         assert own.objective == pytest.approx(other.objective, rel=1e-13)
     if found.history[0].round == 0:  # later detections on the CPU skip what did not move
         assert found.history[0].candidates == expected.history[0].candidates
+
+
+def test_a_deep_step_ends_as_on_the_cpu():
+    scene = falling_sheet(3, 20.0, n=2)
+    expected = izo_ref.resolve(scene, 1e-3)
+    assert expected.status is Status.FREE
+    found = izo_ref.resolve(scene, 1e-3, device="cuda")
+    assert_same(found, expected)
+    assert [line.added for line in found.history if line.round == 0] == [4, 4, 0]
 
 
 @pytest.mark.parametrize("name", ["face", "sheets", "pinned", "fits", "apart"])

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from izo_ref.base.records import Impacts
-from izo_ref.zones.selection import select_impacts
+from izo_ref.zones.selection import is_deep, select_impacts
+from izo_ref.zones.serial.deep_selection import DEEP, SOON
 from tests.naive import groups
 
 
@@ -28,3 +29,53 @@ def test_selections_are_those_of_the_literal_definitions(rng, n):
             chosen = select_impacts(usable, pinned, name)
             assert np.flatnonzero(chosen).tolist() == naive(usable.toi, usable.nodes, pinned)
         assert select_impacts(usable, pinned, "all").all()
+
+
+def weighted_impacts(rng, n, k):
+    """Draw n impacts of k vertices with weights of vertex-face and edge-edge pairs."""
+    drawn = random_impacts(rng, n, k)
+    kinds, inside = rng.random(n) < 0.5, rng.dirichlet([1.0, 1.0, 1.0], n)
+    faces = np.column_stack((np.ones(n), -inside))
+    edges = np.column_stack((inside[:, 0], 1.0 - inside[:, 0], -inside[:, 1], inside[:, 1] - 1.0))
+    weights = np.where(kinds[:, None], edges, faces)
+    return drawn._replace(is_edge_edge=kinds, toi=(1.0 + drawn.toi) / 2.0, weights=weights)
+
+
+@pytest.mark.parametrize("n", [0, 1, 5, 40])
+def test_the_selection_of_a_deep_step_is_that_of_the_literal_definition(rng, n):
+    for _ in range(20):
+        impacts, pinned = weighted_impacts(rng, n, 16), rng.random(16) < 0.3
+        usable = impacts.take(~pinned[impacts.nodes].all(axis=1))
+        chosen = select_impacts(usable, pinned, "independent", deep=True)
+        own = usable.toi, usable.nodes, usable.weights, usable.is_edge_edge, pinned
+        assert np.flatnonzero(chosen).tolist() == groups.first_of_main_vertices(*own, SOON)
+        assert chosen.any() == (len(usable.toi) > 0)
+        for name in ("first-of-any", "all"):  # what is asked for by name is taken
+            same = select_impacts(usable, pinned, name)
+            assert np.array_equal(select_impacts(usable, pinned, name, deep=True), same)
+
+
+@pytest.mark.parametrize("is_edge_edge", [False, True])
+def test_a_step_is_deep_if_impacts_are_deeper_than_edges_on_average(is_edge_edge):
+    """The longest edge has a length of 2 m: a side of the face, or the second edge."""
+    start = np.array([[0.0, 0, 1], [0, 0, 0], [2, 0, 0], [0, 1, 0]])
+    weights = np.array([1.0, -0.5, -0.25, -0.25])
+    if is_edge_edge:
+        start = np.array([[0.0, 0, 1], [1, 0, 1], [0, 0, 0], [0, 2, 0]])
+        weights = np.array([0.5, 0.5, -0.5, -0.5])
+    impacts = Impacts(
+        np.tile(np.arange(4, dtype=np.int32), (2, 1)),
+        np.full(2, is_edge_edge),
+        np.full(2, 0.5),
+        np.tile(weights, (2, 1)),
+        np.array([[0.0, 0, 1], [0, 0, 1]]),
+    )
+    longest = 2.0 if is_edge_edge else np.sqrt(5.0)
+    upper = 2 if is_edge_edge else 1
+    for depth, deep in ((0.99 * DEEP * longest, False), (1.01 * DEEP * longest, True)):
+        end = start.copy()
+        end[:upper, 2] = -depth
+        assert is_deep(impacts, start, end) == deep
+        mixed = impacts._replace(normals=np.array([[0.0, 0, 1], [0, 0, 0]]))
+        assert not is_deep(mixed, start, end)
+    assert not is_deep(impacts.take(np.zeros(2, bool)), start, start)

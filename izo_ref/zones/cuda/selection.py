@@ -4,14 +4,30 @@ Each round takes every impact that is the earliest undecided one at all of its u
 and drops the impacts that share an unpinned vertex with an impact that was taken. The result is the
 same as in `zones/serial/selection.py`, which takes one impact after the other. Vertices are claimed
 by integer minima, so the order in which the threads run does not matter.
+
+In a deep step (`zones/serial/deep_selection.py`), impacts claim their main vertices only, and those
+that have to wait are dropped before the first round.
 """
 
 from numba import cuda
 
-from izo_ref.base.arrays import Codes, Flags, Indices, Nodes
+from izo_ref.base.arrays import (
+    Codes,
+    Flags,
+    Floats,
+    Indices,
+    Nodes,
+    Normals,
+    Positions,
+    Weights,
+)
 from izo_ref.base.cuda.compile import cuda_kernel
+from izo_ref.zones.serial.deep_selection import is_early, main_vertices, relative_depth
 
 UNDECIDED, TAKEN, DROPPED = 0, 1, 2
+# Added to the sorting keys of edge-edge impacts, so that they come behind all vertex-face impacts.
+# The bits of a time up to 1, read as an integer, are below it.
+BEHIND = 1 << 62
 
 
 @cuda_kernel
@@ -101,3 +117,63 @@ def flag_taken(
     j = cuda.grid(1)
     if j < states.shape[0]:
         taken_out[j] = states[j] == TAKEN
+
+
+@cuda_kernel
+def compute_relative_depths(
+    # In:
+    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
+    positions: Positions,  # (n_vertices, 3) f8  [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    is_edge_edge: Flags,  # (n_impacts,) b1
+    weights: Weights,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    # Out:
+    depths_out: Floats,  # (n_impacts,) f8, in longest edges
+) -> None:
+    """Compute how deep each impact ends, over the longest edge of its elements."""
+    j = cuda.grid(1)
+    if j < nodes.shape[0]:
+        depths_out[j] = relative_depth(
+            j, positions_t0, positions, nodes, is_edge_edge, weights, normals
+        )
+
+
+@cuda_kernel
+def claim_first_times(
+    # In:
+    time_bits: Indices,  # (n_impacts,) i8, bits of the times of impact
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    pinned: Flags,  # (n_vertices,) b1
+    # Out:
+    mains_out: Nodes,  # (n_impacts, 4) i4, each of the two main vertices twice
+    first_bits_out: Indices,  # (n_vertices,) i8, bits of infinity before
+) -> None:
+    """Write the main vertices of each impact, and the first time at which a vertex is one."""
+    j = cuda.grid(1)
+    if j < nodes.shape[0]:
+        first, second = main_vertices(j, nodes, weights, pinned)
+        mains_out[j, 0], mains_out[j, 1] = first, first
+        mains_out[j, 2], mains_out[j, 3] = second, second
+        cuda.atomic.min(first_bits_out, first, time_bits[j])
+        cuda.atomic.min(first_bits_out, second, time_bits[j])
+
+
+@cuda_kernel
+def drop_late_impacts(
+    # In:
+    toi: Floats,  # (n_impacts,) f8
+    time_bits: Indices,  # (n_impacts,) i8, bits of the times of impact
+    is_edge_edge: Flags,  # (n_impacts,) b1
+    mains: Nodes,  # (n_impacts, 4) i4
+    first_times: Floats,  # (n_vertices,) f8
+    # Out:
+    keys_out: Indices,  # (n_impacts,) i8, sort impacts by kind and time
+    states_out: Codes,  # (n_impacts,) i1
+) -> None:
+    """Drop the impacts that have to wait, and write the keys by which the others are sorted."""
+    j = cuda.grid(1)
+    if j < mains.shape[0]:
+        keys_out[j] = time_bits[j] + (BEHIND if is_edge_edge[j] else 0)
+        states_out[j] = UNDECIDED if is_early(j, toi, mains, first_times) else DROPPED
