@@ -1,7 +1,7 @@
 """Solve one large zone.
 
-If the zone has a last solution, block pivoting starts from it. Otherwise, and if block pivoting
-gives up, the zone is solved by sweeps or by the interior point:
+If the zone has a last solution, and fewer impacts than unknowns, block pivoting starts from it.
+Otherwise, and if block pivoting gives up, the zone is solved by sweeps or by the interior point:
 
 * Sweeps are fast if most impacts have little to do with each other. A random zone of 4096 impacts
   takes some hundred sweeps, 0.14 s. Its factors fill up, and factorisations take 10 s.
@@ -84,7 +84,8 @@ def solve_large_zone(
     missed = _rounding_m(zone)
     if missed <= TOLERANCE_SHARE * violation_tolerance:
         missed = 0.0
-    for _ in range(MOST_AIMS):
+    n_aims = 0
+    while True:
         beyond = missed / (1.0 - MISSED_SHARE)
         solution = _solve(
             zone._replace(rhs=zone.rhs + beyond / zone.lengths) if beyond else zone,
@@ -93,15 +94,15 @@ def solve_large_zone(
             violation_tolerance + MISSED_SHARE * beyond,
             interior_only,
         )
+        n_aims += 1
         if solution.solved:
-            break
+            return solution
         off = float(np.max((zone.rhs - zone.times(solution.z)) * zone.lengths))
         if missed > 0.0 and off <= violation_tolerance:  # the aim alone was missed
             return solution._replace(solved=True)
         missed += off
-        if not 0.0 < missed <= LARGEST_MISS * violation_tolerance:
-            break
-    return solution
+        if n_aims == MOST_AIMS or not 0.0 < missed <= LARGEST_MISS * violation_tolerance:
+            return solution
 
 
 def _rounding_m(zone: LargeZone) -> float:
@@ -123,7 +124,11 @@ def _solve(
     """Solve one zone; the arguments are those of `solve_large_zone`."""
     tolerances = TOLERANCE_SHARE * gap_tolerance, TOLERANCE_SHARE * violation_tolerance
     scaled_tolerance = violation_tolerance / zone.lengths.max()
-    if start.any() and not interior_only:
+    # No more constraints can be independent than there are unknowns. In a deep step with 1,080
+    # unknowns and up to 2,100 impacts, pivoting gave up on 12 of 15 such zones, after 3.2 s in all,
+    # where the interior point took 1.4 s for all of them.
+    is_redundant = len(zone.rhs) >= 3 * zone.n_vertices
+    if start.any() and not interior_only and not is_redundant:
         solution = pivot_from(zone, start, gap_tolerance, scaled_tolerance)
         if solution is not None:
             return LargeSolution(*solution[:2], "pivoting", solution[2], True)

@@ -165,3 +165,17 @@ def test_an_infeasible_zone_is_reported_unsolved(rng):
         zone, np.zeros(len(zone.rhs)), 1e-9, 1e-9 * problem.thickness, False
     )
     assert not solved
+
+
+@pytest.mark.parametrize(("copies", "method"), [(1, "pivoting"), (7, "interior-point")])
+def test_a_zone_with_more_impacts_than_unknowns_is_not_pivoted(rng, copies, method):
+    drawn = chain_zone(rng, 400)  # 2406 unknowns
+    columns = (drawn.nodes, drawn.weights, drawn.normals)
+    columns = (np.concatenate((column,) * copies) for column in columns)
+    zone = large_zone(type(drawn)(*columns, drawn.proposed, drawn.masses, drawn.thickness))
+    assert (len(zone.rhs) >= 3 * zone.n_vertices) == (method != "pivoting")
+    tolerance_m = 1e-9 * drawn.thickness
+    first = solve_large_zone(zone, np.zeros(len(zone.rhs)), 1e-9, tolerance_m, False)
+    again = solve_large_zone(zone, 1.1 * first.multipliers, 1e-9, tolerance_m, False)
+    assert again.solved
+    assert again.method == method
