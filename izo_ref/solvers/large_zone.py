@@ -42,7 +42,7 @@ ENTANGLED = 0.2
 TOLERANCE_SHARE = 0.5
 # A zone is solved again if it was missed by at most this many times the tolerance. With the default
 # tolerance of 1e-9, the new aim is then within 1e-6 of the thickness, so that the impacts that push
-# still count as tight (`zones/serial/selection.py`).
+# still count as tight (`detection/serial/tight.py`).
 LARGEST_MISS = 500.0
 # A method that aims beyond the thickness may miss its aim by this share of the distance.
 MISSED_SHARE = 0.5
