@@ -192,7 +192,8 @@ def test_each_method_converges_on_the_gpu(rng, monkeypatch, method):
 
 def test_float32_zones_are_left_to_the_cpu(monkeypatch):
     monkeypatch.setattr(lagrangian, "FEW", 1)
-    scene, options = vertex_over_face(), Options(method="cg", precision="float32")
+    # a round starts from multipliers in float32, which differ in their last digits
+    scene, options = vertex_over_face(), Options(method="cg", precision="float32", relinearize=0)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
     assert found.left_to_cpu > 0
