@@ -16,6 +16,7 @@ from izo_ref.base.devices import copy_to_cpu, detach, is_on_gpu
 from izo_ref.base.errors import (
     DegenerateFaceError,
     InitialIntersectionError,
+    MassError,
     OptionError,
     UncertifiedStartError,
 )
@@ -46,8 +47,8 @@ class Scene:
         positions_t0: (n, 3) [m], positions at the start of the step (Q0), free of intersections.
         positions_t1: (n, 3) [m], proposed positions at its end (Q1).
         faces: (m, 3), indices of vertices. A vertex in no face takes part as a point.
-        masses: (n,) [kg], positive; 1 for every vertex if None. The masses of pinned vertices are
-            not used.
+        masses: (n,) [kg], positive, or one number for all vertices; 1 for every vertex if None.
+            The masses of pinned vertices are not used and may be anything.
         pinned: (n,) bool, True for vertices that follow their path exactly; if None, no vertex is
             pinned.
         initial_intersections: What to do if the mesh intersects itself at the start: `raise` an
@@ -59,7 +60,7 @@ class Scene:
         positions_t1: (n, 3) f8 [m], proposed end of the step.
         faces: (m, 3) i4.
         edges: (k, 2) i4, each edge once, the lower vertex first, sorted.
-        masses: (n,) f8 [kg].
+        masses: (n,) f8 [kg]; 1 for pinned vertices whose mass was not positive and finite.
         pinned: (n,) b1.
         excluded: `Pairs` that detection ignores, or None.
         on_gpu: `{name: (array, order)}` for positions that came from a GPU. `order` is (n,) i8 and
@@ -101,8 +102,11 @@ class Scene:
         self.positions_t1: Positions = self._take_positions("positions_t1", positions_t1, n)
         self.faces: Faces = checks.indices("faces", copy_to_cpu("faces", faces), 3, n)
         _require_distinct_corners(self.faces)
-        self.masses: Masses = np.ones(n) if masses is None else _take_masses(masses, n)
         self.pinned: Flags = np.zeros(n, bool) if pinned is None else _take_pinned(pinned, n)
+        self.masses: Masses = np.ones(n)
+        self._has_no_mass: Flags = np.zeros(n, bool)
+        if masses is not None:
+            self._take_masses(masses)
         self.edges: Edges = edges_of(self.faces)
         self.components: Components = MeshComponents(n, self.faces)
         self._steps_kept = 0  # since the elements were sorted for the trees
@@ -128,7 +132,8 @@ class Scene:
         Args:
             result: What `resolve` returned for this scene, with a path that is certified free.
             positions_t1: (n, 3) [m], proposed positions at the end of the next step.
-            masses: (n,) [kg], positive; those of this scene if None.
+            masses: (n,) [kg], as for a new scene; those of this scene if None. Pass them if a
+                vertex is set free that was pinned and had no mass.
             pinned: (n,) bool, True for vertices that follow their path exactly; those of this
                 scene if None.
 
@@ -140,7 +145,7 @@ class Scene:
                 of another scene, or its positions have changed since.
             ShapeError: An array has the wrong shape or type.
             NonFiniteError: A position or a mass is NaN or infinite.
-            MassError: A mass is zero or negative.
+            MassError: A mass is zero or negative, or a vertex is set free that has none.
             DeviceUnavailableError: An array is on a GPU that cannot be used.
         """
         start = _certified_end(self, result).copy()  # numba compiles anew for read-only arrays
@@ -154,12 +159,30 @@ class Scene:
         scene.on_gpu = {}
         scene.positions_t0 = start
         scene.positions_t1 = scene._take_positions("positions_t1", positions_t1, n)
-        scene.masses = masses if masses is self.masses else _take_masses(masses, n)
         scene.pinned = pinned if pinned is self.pinned else _take_pinned(pinned, n)
+        if masses is not self.masses:
+            scene._take_masses(masses)
+        scene._require_masses()
         scene._steps_kept += 1
         if scene._steps_kept % KEPT_STEPS == 0:
             scene.tree_orders = tree_orders(start, self.edges, self.faces)
         return scene
+
+    def _take_masses(self, masses: Any) -> None:
+        """Check and copy masses; those of pinned vertices become 1 kg if they are no masses."""
+        n = len(self.pinned)
+        self.masses = checks.masses(copy_to_cpu("masses", detach(masses)), n, self.pinned)
+        self._has_no_mass = np.isnan(self.masses)
+        self.masses[self._has_no_mass] = 1.0
+
+    def _require_masses(self) -> None:
+        """Raise an error if a vertex that is not pinned has no mass from an earlier step."""
+        free = np.flatnonzero(self._has_no_mass & ~self.pinned)
+        if len(free):
+            raise MassError(
+                f"masses: expected masses > 0 [kg] for the vertices that are set free, found "
+                f"{len(free)} without one, the first is vertex {free[0]}; pass masses with `pinned`"
+            )
 
     def _take_positions(self, name: str, positions: Any, n: int | None = None) -> Positions:
         """Check and copy positions; if they are on a GPU, remember where."""
@@ -183,10 +206,6 @@ class Scene:
             "leave these pairs out.",
             found.pairs(),
         )
-
-
-def _take_masses(masses: Any, n: int) -> Masses:
-    return checks.masses(copy_to_cpu("masses", detach(masses)), n)
 
 
 def _take_pinned(pinned: Any, n: int) -> Flags:

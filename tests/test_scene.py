@@ -1,5 +1,7 @@
 """The arrays of a scene are checked once, when it is made."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -41,7 +43,7 @@ def changed(array, index, value):
             ["positions_t0", "-inf", "[3, 0]"],
         ),
         ({"faces": FACES[:, :2]}, errors.ShapeError, ["faces", "(2, 2)"]),
-        ({"faces": FACES + 0.5}, errors.ShapeError, ["faces", "integers", "float64"]),
+        ({"faces": FACES + 0.5}, errors.ShapeError, ["faces", "integers", "0.5", "[0, 0]"]),
         (
             {"faces": changed(FACES, (1, 2), 4)},
             errors.IndexRangeError,
@@ -57,7 +59,17 @@ def changed(array, index, value):
         ({"masses": [1, 1, 1, -2]}, errors.MassError, ["-2.0", "vertex 3"]),
         ({"masses": [1, 1, np.inf, 1]}, errors.NonFiniteError, ["masses", "inf"]),
         ({"masses": [1, 1]}, errors.ShapeError, ["masses", "(4)", "(2,)"]),
-        ({"pinned": [0, 1, 0, 0]}, errors.ShapeError, ["pinned", "bool", "int64"]),
+        ({"pinned": [0, 2, 0, 0]}, errors.ShapeError, ["pinned", "bool", "int64"]),
+        ({"positions_t1": START * 1j}, errors.ShapeError, ["positions_t1", "real", "complex128"]),
+        ({"positions_t0": START.astype(str)}, errors.ShapeError, ["positions_t0", "real"]),
+        ({"faces": [[0, 1, 2], [0, 1]]}, errors.ShapeError, ["faces", "3 indices", "2 in row 1"]),
+        ({"faces": [0, 1, 2, 0, 1, 3]}, errors.ShapeError, ["faces", "(6,)", "reshape(-1, 3)"]),
+        ({"faces": [[0, 1, 2, 3]]}, errors.ShapeError, ["faces", "(1, 4)", "quad"]),
+        ({"faces": [[0, 1, 2, 3, 0]]}, errors.ShapeError, ["faces", "(1, 5)", "polygon"]),
+        ({"faces": FACES + 1}, errors.IndexRangeError, ["row 1", "faces - 1"]),
+        ({"faces": [[0, 1, None]]}, errors.ShapeError, ["faces", "integers"]),
+        ({"faces": [["0", "1", "2"]]}, errors.ShapeError, ["faces", "integers"]),
+        ({"masses": 0.0}, errors.MassError, ["masses", "> 0", "vertex 0"]),
         ({"pinned": [True]}, errors.ShapeError, ["pinned", "(4,)", "(1,)"]),
         ({"initial_intersections": "no"}, errors.OptionError, ["'raise'", "'no'"]),
     ],
@@ -78,6 +90,61 @@ def test_a_scene_fills_in_defaults_and_converts_types():
     assert not made.pinned.any()
     assert made.excluded is None
     assert made.edges.tolist() == [[0, 1], [0, 2], [0, 3], [1, 2], [1, 3]]
+
+
+@pytest.mark.parametrize("faces", [FACES.astype(float), FACES.astype(object), FACES.tolist()])
+def test_whole_numbers_of_any_type_are_indices(faces):
+    np.testing.assert_array_equal(scene(faces=faces).faces, FACES)
+
+
+@pytest.mark.parametrize("masses", [2.0, np.float32(2.0), [[2.0]] * 4, np.full(4, 2)])
+def test_one_mass_or_a_column_of_masses_is_taken(masses):
+    assert scene(masses=masses).masses.tolist() == [2.0] * 4
+
+
+@pytest.mark.parametrize("kind", [int, float, np.uint8])
+def test_flags_may_be_zeros_and_ones(kind):
+    made = scene(pinned=np.array([0, 1, 1, 0], kind))
+    assert made.pinned.tolist() == [False, True, True, False]
+
+
+@pytest.mark.parametrize("mass", [0.0, -1.0, np.inf, np.nan, 7.0])
+def test_the_mass_of_a_pinned_vertex_may_be_anything(mass):
+    """The result is that with a mass of 1 kg, bit for bit."""
+    fallen = changed(START, (3, 2), -0.5)
+
+    def resolved(mass):
+        masses, pinned = changed(np.ones(4), 0, mass), [True, False, False, False]
+        return izo_ref.resolve(scene(positions_t1=fallen, masses=masses, pinned=pinned), 0.01)
+
+    np.testing.assert_array_equal(resolved(mass).positions, resolved(1.0).positions)
+    with pytest.raises(errors.NonFiniteError, match="nan"):
+        scene(masses=changed(np.ones(4), 1, np.nan), pinned=[True, False, False, False])
+
+
+def test_a_vertex_without_mass_is_not_set_free():
+    made = scene(masses=changed(np.ones(4), 2, 0.0), pinned=[False, False, True, False])
+    result, free = izo_ref.resolve(made, 0.01), np.zeros(4, bool)
+    with pytest.raises(errors.MassError, match="vertex 2"):
+        made.after(result, START, pinned=free)
+    assert made.after(result, START, masses=3.0, pinned=free).masses.tolist() == [3.0] * 4
+
+
+@pytest.mark.parametrize("call", [izo_ref.resolve, izo_ref.find_impacts, izo_ref.plan])
+def test_what_is_no_scene_is_refused(call):
+    with pytest.raises(
+        errors.OptionError, match=r"scene: expected a Scene, got str.*izo_ref.Scene"
+    ):
+        call("step.npz")
+    with pytest.raises(errors.OptionError, match=r"got (Posix|Windows)Path"):
+        izo_ref.certify_path(Path("step.npz"), START)
+
+
+def test_what_is_no_options_is_refused():
+    with pytest.raises(errors.OptionError, match="options: expected Options, got dict"):
+        izo_ref.resolve(scene(), options={})
+    with pytest.raises(errors.OptionError, match="options: expected Options, got dict"):
+        izo_ref.plan(scene(), {"relinearize": 1})
 
 
 def test_input_is_copied():

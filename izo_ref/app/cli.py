@@ -1,6 +1,7 @@
 """The command `izo`."""
 
 import argparse
+import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -8,7 +9,7 @@ from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside, fill, folders
-from izo_ref.app.files import check_writable, load_result, load_scene, save_json, save_result
+from izo_ref.app.files import check_outputs, load_result, load_scene, save_json, save_result
 from izo_ref.app.summary import certificate_summary, impacts_summary, result_summary
 from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
 from izo_ref.base.errors import IzoError
@@ -40,14 +41,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return options.run(options)
     except IzoError as error:
-        print(f"izo: {type(error).__name__}: {error}", file=sys.stderr)
+        print(f"izo: {type(error).__name__}: {_with_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT
 
 
+def _with_flags(message: str) -> str:
+    """Return a message with the flags of the command in place of the arguments of Python."""
+    name, colon, rest = message.partition(":")
+    if colon and name in ("thickness", "device", "selection", "relinearize"):
+        message = f"--{name}:{rest}"
+    return re.sub(r"initial_intersections='(\w+)'", r"--initial-intersections \1", message)
+
+
 def _resolve(args: Arguments) -> int:
-    check_writable(args.output)
-    if args.json:
-        check_writable(args.json)
+    outputs = {"-o": args.output, "--json": args.json}
+    check_outputs({"the step": args.step}, outputs)
     with _progress() as tick:
         with compiling_beside("small-zones"):
             scene = load_scene(args.step, args.initial_intersections)
@@ -75,6 +83,7 @@ def _resolve(args: Arguments) -> int:
 
 
 def _detect(args: Arguments) -> int:
+    check_outputs({"the step": args.step}, {"--json": args.json})
     impacts = find_impacts(load_scene(args.step, args.initial_intersections))
     summary = impacts_summary(impacts)
     if args.json:
@@ -85,6 +94,8 @@ def _detect(args: Arguments) -> int:
 
 
 def _certify(args: Arguments) -> int:
+    inputs = {"the step": args.step, "--positions": args.positions}
+    check_outputs(inputs, {"--json": args.json})
     scene = load_scene(args.step, args.initial_intersections)
     is_step_itself = args.positions is None
     positions = scene.positions_t1 if is_step_itself else load_result(args.positions).positions
@@ -105,6 +116,7 @@ def _certify(args: Arguments) -> int:
 
 
 def _plan(args: Arguments) -> int:
+    check_outputs({"the step": args.step}, {"--json": args.json})
     needed = plan(load_scene(args.step, args.initial_intersections))
     if args.json:
         save_json(args.json, {"plan": [line._asdict() for line in needed.lines]})

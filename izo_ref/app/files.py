@@ -10,7 +10,6 @@ zones again: `thickness` [m], `multipliers` (k,) [kg] and the impacts, `impact_n
 import json
 import os
 import tempfile
-import zipfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,6 +24,9 @@ from izo_ref.scene import Scene
 
 REQUIRED = ("positions_t0", "positions_t1", "faces")
 OPTIONAL = ("masses", "pinned")
+
+ARCHIVE = b"PK"  # how an archive begins
+MESHES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".abc", ".fbx")
 
 FilePath: TypeAlias = str | os.PathLike[str]
 
@@ -179,6 +181,9 @@ def save_json(path: FilePath, content: Any) -> None:
 def check_writable(path: FilePath) -> None:
     """Check that a file can be written, before work is done that would be lost.
 
+    Args:
+        path: The file to write or to replace.
+
     Raises:
         FileFormatError: The file cannot be written; says why.
     """
@@ -191,18 +196,52 @@ def check_writable(path: FilePath) -> None:
         raise FileFormatError(f"{path}: cannot be written: no permission to write to {folder}")
 
 
+def check_outputs(inputs: dict[str, FilePath | None], outputs: dict[str, FilePath | None]) -> None:
+    """Check that outputs can be written, and that none replaces an input or another output.
+
+    Args:
+        inputs: The files that are read, by what the user calls them; None for one that is not
+            given.
+        outputs: The files that will be written, in the same way.
+
+    Raises:
+        FileFormatError: A file cannot be written, or two of the files are the same.
+    """
+    names = {_real(path): name for name, path in inputs.items() if path is not None}
+    for name, path in outputs.items():
+        if path is None:
+            continue
+        check_writable(path)
+        other = names.setdefault(_real(path), name)
+        if other != name:
+            raise FileFormatError(
+                f"{path}: {name} is the same file as {other}, which would be lost; name another "
+                "file"
+            )
+
+
+def _real(path: FilePath) -> str:
+    """Return the name of a file without links, in the way that the system compares names."""
+    return os.path.normcase(os.path.realpath(path))
+
+
 def _load(path: FilePath, names: Sequence[str]) -> dict[str, Any]:
     """Read the arrays of an archive that has to have some names."""
     try:
-        archive = np.load(path, allow_pickle=False)
-        if isinstance(archive, np.ndarray):
-            raise FileFormatError(f"{path}: expected an .npz archive, found a single array")
-        with archive:
-            arrays = {name: archive[name] for name in archive.files}
+        with open(path, "rb") as file:
+            _require_archive(path, file.read(len(ARCHIVE)))
+            file.seek(0)
+            with np.load(file, allow_pickle=False) as archive:
+                arrays = {name: archive[name] for name in archive.files}
+    except FileFormatError:
+        raise
     except OSError as error:
         raise FileFormatError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except (ValueError, zipfile.BadZipFile, EOFError) as error:
-        raise FileFormatError(f"{path}: expected an .npz archive, but: {error}") from None
+    except Exception as error:
+        # A damaged archive can raise anything: zlib.error, NotImplementedError, KeyError, ...
+        raise FileFormatError(
+            f"{path}: the archive is damaged, or an array in it is not of plain numbers: {error}"
+        ) from None
     missing = [name for name in names if name not in arrays]
     if missing:
         raise FileFormatError(
@@ -210,6 +249,31 @@ def _load(path: FilePath, names: Sequence[str]) -> dict[str, Any]:
             f"found {', '.join(arrays) or 'no array'}"
         )
     return arrays
+
+
+def _require_archive(path: FilePath, begin: bytes) -> None:
+    """Raise an error if a file does not begin like an .npz archive."""
+    if begin == ARCHIVE:
+        return
+    suffix = Path(path).suffix.lower()
+    if not begin:
+        found = "an empty file"
+    elif begin == np.lib.format.MAGIC_PREFIX[: len(begin)]:
+        found = "a single array of numpy"
+    elif suffix in ("", ".npz"):
+        found = "something else"
+    else:
+        found = f"a file of another format ({suffix})"
+    advice = ""
+    if suffix in MESHES:
+        advice = (
+            ". Load the meshes of the start and of the proposed end with a library such as "
+            "trimesh, and save their arrays with numpy.savez"
+        )
+    raise FileFormatError(
+        f"{path}: expected an .npz archive, which is the only format that is read, found "
+        f"{found}{advice}"
+    )
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import Flags, Floats, Ints, Masses
+from izo_ref.base.arrays import AnyArray, Flags, Floats, Ints, Masses
 from izo_ref.base.errors import (
     IndexRangeError,
     MassError,
@@ -16,6 +16,7 @@ from izo_ref.base.errors import (
     ShapeError,
     ThicknessError,
 )
+from izo_ref.base.options import DEFAULTS, Options
 
 
 def floats(name: str, values: Any, shape: tuple[int | None, ...]) -> Floats:
@@ -61,28 +62,77 @@ def indices(name: str, values: Any, width: int, n: int) -> Ints:
         ShapeError: The values are not integers, or do not have this number of columns.
         IndexRangeError: An index is out of range; names the first row with one.
     """
-    array = np.asarray(values)
+    array = _rectangular(name, values, width)
     if array.size == 0 and array.ndim <= 2:
         return np.empty((0, width), np.int32)
     if array.ndim != 2 or array.shape[1] != width:
-        raise ShapeError(f"{name}: expected shape (n, {width}), got {array.shape}")
-    if array.dtype.kind not in "iu":
-        raise ShapeError(f"{name}: expected integers, got {array.dtype}")
+        raise ShapeError(f"{name}: expected shape (n, {width}), got {array.shape}{_advice(array)}")
+    array = _integers(name, array)
     bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
     if len(bad):
+        from_one = array.min() == 1 and array.max() == n
         raise IndexRangeError(
             f"{name}: expected indices from 0 to {n - 1}, found {len(bad)} rows with others, the "
             f"first is row {bad[0]}: {array[bad[0]].tolist()}"
+            + (f". They seem to count from 1: pass {name} - 1" if from_one else "")
         )
     return np.array(array, dtype=np.int32, order="C")
 
 
-def masses(values: Any, n: int, *, infinite_allowed: bool = False) -> Masses:
+def _rectangular(name: str, values: Any, width: int) -> AnyArray:
+    """Return values as an array; name the first row that has another length than `width`."""
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError) as error:
+        lengths = [len(row) if hasattr(row, "__len__") else 1 for row in values]
+        other = next((i for i, length in enumerate(lengths) if length != width), None)
+        found = f": {error}" if other is None else f", got {lengths[other]} in row {other}"
+        raise ShapeError(f"{name}: expected {width} indices in each row{found}") from None
+    return array
+
+
+def _advice(array: AnyArray) -> str:
+    """Return what to do with an array of faces that does not have three columns."""
+    if array.ndim == 1 and array.size % 3 == 0:
+        return ". If every three indices are a triangle, pass the array as reshape(-1, 3)"
+    if array.ndim == 2 and array.shape[1] == 4:
+        return ". Divide each quad [a, b, c, d] into the triangles [a, b, c] and [a, c, d]"
+    if array.ndim == 2 and array.shape[1] > 4:
+        return ". Divide each polygon into triangles"
+    return ""
+
+
+def _integers(name: str, array: AnyArray) -> AnyArray:
+    """Return an array of integers; floats and objects are taken if they are whole numbers."""
+    if array.dtype.kind in "iu":
+        return array
+    if array.dtype.kind in "fO":
+        try:
+            numbers = array.astype(np.float64)
+        except (TypeError, ValueError):
+            numbers = np.full(array.shape, np.nan)
+        other = np.argwhere(~(np.abs(numbers) < 2.0**31) | (numbers != np.round(numbers)))
+        if len(other) == 0:
+            return numbers.astype(np.int64)
+        first = tuple(other[0].tolist())
+        raise ShapeError(
+            f"{name}: expected integers, found {len(other)} other values, the first is "
+            f"{array[first]!r} at {list(first)}"
+        )
+    raise ShapeError(f"{name}: expected integers, got {array.dtype}")
+
+
+def masses(
+    values: Any, n: int, pinned: Flags | None = None, *, infinite_allowed: bool = False
+) -> Masses:
     """Copy masses into a float64 array, and check that all of them are positive.
 
     Args:
-        values: Anything that numpy converts to an array [kg].
+        values: Anything that numpy converts to an array [kg]; one number stands for n equal ones,
+            and a column of numbers is taken too.
         n: The expected number of masses.
+        pinned: (n,) b1, vertices whose masses are not used, or None. If such a mass is not positive
+            and finite, it becomes NaN.
         infinite_allowed: Whether a mass may be infinite.
 
     Returns:
@@ -93,8 +143,17 @@ def masses(values: Any, n: int, *, infinite_allowed: bool = False) -> Masses:
         NonFiniteError: A mass is NaN or infinite, and that is not allowed; names the first one.
         MassError: A mass is not positive; names the first one.
     """
-    array = _shaped("masses", values, (n,)) if infinite_allowed else floats("masses", values, (n,))
-    bad = np.flatnonzero(~(array > 0.0))
+    if np.ndim(values) == 0:
+        values = np.full(n, values)
+    elif np.shape(values) == (n, 1):
+        values = np.reshape(values, n)
+    array = _shaped("masses", values, (n,))
+    if pinned is not None:
+        array[pinned & ~((array > 0.0) & (array < np.inf))] = np.nan
+    used = np.ones(n, bool) if pinned is None else ~pinned
+    if not infinite_allowed:
+        floats("masses", np.where(used, array, 1.0), (n,))
+    bad = np.flatnonzero(used & ~(array > 0.0))
     if len(bad):
         raise MassError(
             f"masses: expected numbers > 0 [kg], found {len(bad)} that are not, the first is "
@@ -108,19 +167,54 @@ def flags(name: str, values: Any, n: int) -> Flags:
 
     Args:
         name: The name of the array in messages.
-        values: Anything that numpy converts to an array of bool.
+        values: Anything that numpy converts to an array of bool; numbers that are 0 or 1 are
+            taken too.
         n: The expected number of flags.
 
     Returns:
         (n,) b1, a copy.
 
     Raises:
-        ShapeError: The values are not n values of type bool.
+        ShapeError: The values are not n flags.
     """
     array = np.array(values)
+    if array.shape == (n,) and array.dtype.kind in "iuf" and np.isin(array, (0, 1)).all():
+        array = array.astype(bool)
     if array.shape != (n,) or array.dtype != bool:
-        raise ShapeError(f"{name}: expected shape ({n},) bool, got {array.shape} {array.dtype}")
+        raise ShapeError(
+            f"{name}: expected shape ({n},) bool, one flag for each vertex, got {array.shape} "
+            f"{array.dtype}"
+        )
     return array
+
+
+def scene(value: Any) -> None:
+    """Check that a value has the arrays of a scene.
+
+    Raises:
+        OptionError: It does not, for example because it is the name of a file.
+    """
+    if not all(hasattr(value, name) for name in ("positions_t0", "positions_t1", "faces", "edges")):
+        raise OptionError(
+            f"scene: expected a Scene, got {type(value).__name__}. Make one with "
+            "izo_ref.Scene(positions_t0, positions_t1, faces)"
+        )
+
+
+def options(value: Any) -> Options:
+    """Check that a value is an `Options` or None, and return it, or the defaults for None.
+
+    Raises:
+        OptionError: It is something else.
+    """
+    if value is None:
+        return DEFAULTS
+    if not isinstance(value, Options):
+        raise OptionError(
+            f"options: expected Options, got {type(value).__name__}. Pass "
+            "izo_ref.Options(name=value, ...)"
+        )
+    return value
 
 
 def thickness(value: Any) -> float:
@@ -152,9 +246,12 @@ def device(name: Any) -> str:
 def _shaped(name: str, values: Any, shape: tuple[int | None, ...]) -> Floats:
     text = "(" + ", ".join("n" if size is None else str(size) for size in shape) + ")"
     try:
+        kind = np.asarray(values).dtype
+        if kind.kind in "cSU":
+            raise TypeError(f"got {kind}")
         array = np.array(values, dtype=np.float64, order="C")
     except (TypeError, ValueError) as error:
-        raise ShapeError(f"{name}: expected numbers of shape {text}: {error}") from None
+        raise ShapeError(f"{name}: expected real numbers of shape {text}: {error}") from None
     fits = array.ndim == len(shape) and all(
         want is None or want == found for want, found in zip(shape, array.shape, strict=True)
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
+from numbers import Real
 
 from izo_ref.base.errors import OptionError
 
@@ -134,12 +135,15 @@ class Options:
 
     def _check_numbers(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if field.name in (*CHOICES, "plan"):
                 continue
-            if not (is_number and value >= 0):
-                raise OptionError(f"{field.name}: expected a number >= 0, got {value!r}")
+            value, whole = getattr(self, field.name), isinstance(field.default, int)
+            is_number = isinstance(value, Real) and not isinstance(value, bool)
+            if not (is_number and value >= 0) or (whole and value % 1 != 0):
+                kind = "whole number" if whole else "number"
+                raise OptionError(f"{field.name}: expected a {kind} >= 0, got {value!r}")
+            if whole:
+                object.__setattr__(self, field.name, int(value))  # the class is frozen
 
     def _check_plan(self) -> None:
         named = () if self.plan in ("needed", "everything") else self.plan

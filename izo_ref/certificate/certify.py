@@ -89,11 +89,12 @@ def certify_path(
     Raises:
         ShapeError: `positions` has the wrong shape or type.
         NonFiniteError: `positions` has numbers that are NaN or infinite.
-        OptionError: `device` has another value.
+        OptionError: `device` has another value, or `scene` is no scene.
         DeviceUnavailableError: A GPU is asked for, and none can be used.
 
     Source: docs/method section 8.
     """
+    checks.scene(scene)
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
     filter_path = implementation(

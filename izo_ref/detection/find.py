@@ -1,5 +1,6 @@
 """Find the impacts of a scene."""
 
+from izo_ref.base import checks
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.detection.detector import Detector
@@ -23,11 +24,12 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
         sorted by their edges.
 
     Raises:
-        OptionError: `device` has another value.
+        OptionError: `device` has another value, or `scene` is no scene.
         DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
 
     Source: docs/method section 1; the proof is in `detection/formulas/advance.py`.
     """
+    checks.scene(scene)
     find = implementation(
         choose_device(device, scene), _find_on_cpu, "izo_ref.detection.gpu_detector:find_impacts"
     )

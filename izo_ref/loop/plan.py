@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base import devices
+from izo_ref.base import checks, devices
 from izo_ref.base.arrays import Flags
-from izo_ref.base.options import DEFAULTS, Options
+from izo_ref.base.options import Options
 from izo_ref.base.records import SceneArrays
 
 
@@ -63,7 +63,8 @@ def plan(scene: SceneArrays, options: Options | None = None) -> Plan:
     Returns:
         One line for each stage of the pipeline.
     """
-    options = options or DEFAULTS
+    checks.scene(scene)
+    options = checks.options(options)
     moving = (scene.positions_t0 != scene.positions_t1).any(axis=1)
     lines = [
         _gpu(scene),

@@ -12,7 +12,7 @@ import numpy as np
 from izo_ref.base import checks
 from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.devices import choose_device, implementation
-from izo_ref.base.options import DEFAULTS, Options
+from izo_ref.base.options import Options
 from izo_ref.base.records import Impacts, SceneArrays, Status
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
@@ -122,13 +122,14 @@ def resolve(
 
     Raises:
         ThicknessError: The thickness is not a positive, finite number.
-        OptionError: `device` is not offered.
+        OptionError: `device` is not offered, or an argument is of another type.
         DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
         DeviceMemoryError: The GPU has less free memory than the step needs.
 
     Source: docs/method sections 6 and 7.
     """
-    options = options or DEFAULTS
+    checks.scene(scene)
+    options = checks.options(options)
     device = choose_device(device, scene)
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
     thickness = _choose_thickness(scene, thickness, options)

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from izo_ref.base import checks
 from izo_ref.base.arrays import Floats, Multipliers, Positions
+from izo_ref.base.devices import copy_to_cpu, detach
 
 
 class ZoneProblem:
@@ -51,13 +52,21 @@ class ZoneProblem:
         thickness: float,
     ) -> None:
         """Copy and check the arrays."""
-        self.proposed = checks.floats("proposed", proposed, (None, 3))
+        arrays = {
+            "nodes": nodes,
+            "weights": weights,
+            "normals": normals,
+            "proposed": proposed,
+            "masses": masses,
+        }
+        taken = {name: copy_to_cpu(name, detach(array)) for name, array in arrays.items()}
+        self.proposed = checks.floats("proposed", taken["proposed"], (None, 3))
         k = len(self.proposed)
-        self.nodes = checks.indices("nodes", nodes, 4, k)
+        self.nodes = checks.indices("nodes", taken["nodes"], 4, k)
         n = len(self.nodes)
-        self.weights = checks.floats("weights", weights, (n, 4))
-        self.normals = checks.floats("normals", normals, (n, 3))
-        self.masses = checks.masses(masses, k, infinite_allowed=True)
+        self.weights = checks.floats("weights", taken["weights"], (n, 4))
+        self.normals = checks.floats("normals", taken["normals"], (n, 3))
+        self.masses = checks.masses(taken["masses"], k, infinite_allowed=True)
         self.thickness = checks.thickness(thickness)
 
     @property

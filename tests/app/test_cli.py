@@ -74,15 +74,33 @@ def test_a_blocked_step_exits_with_one_and_says_when_pairs_meet(tmp_path, capsys
         ["resolve", "missing.npz", "-o", "OUT"],
         ["resolve", "STEP", "-o", "nowhere/out.npz"],
         ["certify", "STEP", "--positions", "missing.npz"],
+        ["resolve", "STEP", "-o", "STEP"],
+        ["resolve", "STEP", "-o", "OUT", "--json", "OUT"],
+        ["detect", "STEP", "--json", "STEP"],
+        ["plan", "STEP", "--json", "STEP"],
+        ["certify", "STEP", "--json", "STEP"],
+        ["resolve", "STEP", "-o", "OUT", "--relinearize", "-1"],
     ],
 )
 def test_bad_input_exits_with_two_and_writes_nothing(step, tmp_path, capsys, arguments):
-    names = {"STEP": step, "OUT": tmp_path / "out.npz"}
+    names, before = {"STEP": step, "OUT": tmp_path / "out.npz"}, step.read_bytes()
     assert run(*[names.get(a, a) for a in arguments]) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.startswith("izo: ")
     assert not (tmp_path / "out.npz").exists()
+    assert step.read_bytes() == before
+
+
+def test_messages_name_the_flags_of_the_command(step, tmp_path, capsys):
+    assert run("resolve", step, "-o", tmp_path / "out.npz", "--thickness", "-1") == 2
+    assert "--thickness: expected" in capsys.readouterr().err
+    crossing = tmp_path / "crossing.npz"
+    start = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [0.3, 0.2, 1]]
+    np.savez(crossing, positions_t0=start, positions_t1=start, faces=[[0, 1, 2], [3, 4, 5]])
+    assert run("detect", crossing) == 2
+    assert "--initial-intersections exclude" in capsys.readouterr().err
+    assert run("detect", crossing, "--initial-intersections", "exclude") == 0
 
 
 def test_a_bad_scene_exits_with_two(tmp_path, capsys):

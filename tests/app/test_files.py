@@ -1,11 +1,14 @@
 """Files of steps and results: round trips, and messages about files that cannot be used."""
 
+import re
+
 import numpy as np
 import pytest
 
 import izo_ref
 from izo_ref.app.files import (
     SavedResult,
+    check_outputs,
     check_writable,
     load_result,
     load_scene,
@@ -89,6 +92,61 @@ def test_unreadable_files_are_named(tmp_path):
     np.savez(tmp_path / "objects.npz", positions=np.array([None]))
     with pytest.raises(errors.FileFormatError):
         load_result(tmp_path / "objects.npz")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("cloth.obj", b"v 0 0 0\n", [r"another format \(\.obj\)", "trimesh", "numpy.savez"]),
+        ("README.md", b"# A step\n", [r"another format \(\.md\)", "only format"]),
+        ("step.npz", b"", ["an empty file"]),
+        ("step.npz", b"nothing known", ["something else"]),
+        ("step.npz", b"PK\x03\x04 and then something else", ["damaged"]),
+    ],
+)
+def test_a_file_of_another_format_is_named(tmp_path, name, content, words):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(errors.FileFormatError) as caught:
+        load_scene(tmp_path / name)
+    for word in (name, *words):
+        assert re.search(word, str(caught.value))
+
+
+def test_any_damage_is_an_error_of_the_file(tmp_path):
+    """1,000 copies of a step with up to three damaged bytes are read, or refused as files.
+
+    The zip format checks each array by a sum of 32 bits, so a copy that is read has its numbers.
+    """
+    rng = np.random.default_rng(20261128)
+    path, whole = tmp_path / "step.npz", izo_ref.Scene(np.eye(3), np.eye(3) + 1.0, [[0, 1, 2]])
+    save_scene(path, whole)
+    content, refused = path.read_bytes(), 0
+    for _ in range(1000):
+        damaged = bytearray(content)
+        for place in rng.integers(len(content), size=rng.integers(1, 4)):
+            damaged[place] = rng.integers(256)
+        path.write_bytes(damaged[: rng.integers(len(content))] if rng.random() < 0.1 else damaged)
+        try:
+            found = load_scene(path)
+        except errors.IzoError:
+            refused += 1
+        else:
+            np.testing.assert_array_equal(found.positions_t1, whole.positions_t1)
+    assert refused > 500
+
+
+def test_an_output_that_is_an_input_or_another_output_is_refused(tmp_path):
+    step, out = tmp_path / "step.npz", tmp_path / "out.npz"
+    step.write_bytes(b"")
+    (tmp_path / "link.npz").symlink_to(step)
+    check_outputs({"the step": step, "--positions": step}, {"-o": out, "--json": None})
+    for inputs, outputs in (
+        ({"the step": step}, {"-o": tmp_path / "link.npz"}),
+        ({"the step": step}, {"-o": tmp_path / "." / "step.npz"}),
+        ({"the step": step}, {"-o": out, "--json": out}),
+    ):
+        with pytest.raises(errors.FileFormatError, match="is the same file as"):
+            check_outputs(inputs, outputs)
 
 
 def test_a_failed_write_keeps_the_old_file(tmp_path, monkeypatch):

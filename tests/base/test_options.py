@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 
+import numpy as np
 import pytest
 
 from izo_ref import Options
@@ -25,11 +26,20 @@ from izo_ref.base import errors
         ("gap_tolerance", float("nan")),
         ("violation_tolerance", "1e-9"),
         ("max_steps", True),
+        ("relinearize", 1.5),
+        ("max_iterations", float("inf")),
     ],
 )
 def test_unknown_values_are_refused_and_named(name, value):
     with pytest.raises(errors.OptionError, match=name):
         Options(**{name: value})
+
+
+def test_numbers_of_numpy_are_numbers():
+    options = Options(relinearize=np.int64(2), max_steps=1e3, gap_tolerance=np.float32(0.5))
+    assert (options.relinearize, options.max_steps, options.gap_tolerance) == (2, 1000, 0.5)
+    assert type(options.relinearize) is int
+    assert type(options.max_steps) is int
 
 
 def test_options_are_frozen_and_keyword_only():
