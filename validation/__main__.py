@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from izo_ref.app.files import check_writable, replacing, save_json
+from izo_ref.app.files import check_outputs, check_writable, replacing, save_json
 from izo_ref.base.errors import IzoError
 from validation import json_rows
 from validation.provenance import made_by
@@ -49,9 +49,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _check(args: Namespace) -> int:
     from validation.check import check_files, verdict_summary
 
-    for path in (args.json, args.html):
-        if path:
-            check_writable(path)
+    others = {f"--known {path}": path for path in args.known}
+    inputs = {"the step": args.step, "--result": args.result, **others}
+    check_outputs(inputs, {"--json": args.json, "--html": args.html})
     scene, verdict = check_files(
         args.step, args.result, args.thickness, args.initial_intersections, _say, args.known
     )

@@ -100,7 +100,7 @@ def check(
     if result is None:
         result = SavedResult(own.positions, own.thickness, own.impacts, own.multipliers)
     positions = checks.floats("positions", result.positions, scene.positions_t0.shape)
-    add(judge.prescribed(scene, positions))
+    add(judge.prescribed(scene, positions, result.positions))
     path_facts, certificate = judge.path(scene, positions)
     add(*path_facts)
     end_facts, crossing = judge.end(scene, positions)

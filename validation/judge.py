@@ -6,7 +6,7 @@ zones are in `judge_zones.py`.
 
 import time
 from collections.abc import Callable, Mapping
-from typing import NamedTuple, ParamSpec, TypeAlias, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -46,16 +46,20 @@ def _timed(
     return answer, time.perf_counter() - begin
 
 
-def prescribed(scene: Scene, positions: Positions) -> Fact:
+def prescribed(scene: Scene, positions: Positions, saved: Any) -> Fact:
     """Judge whether pinned vertices end exactly at their proposed positions.
 
     Args:
         scene: The scene.
         positions: (n, 3) f8 [m], end of the path.
+        saved: (n, 3), the same positions in the type that they were saved in. In float32 they are
+            compared with the proposed positions that are rounded to it.
     """
-    off = np.flatnonzero((positions != scene.positions_t1).any(axis=1) & scene.pinned)
+    is_single = np.asarray(saved).dtype == np.float32
+    proposed = scene.positions_t1.astype(np.float32) if is_single else scene.positions_t1
+    off = np.flatnonzero((positions != proposed).any(axis=1) & scene.pinned)
     n_pinned = int(scene.pinned.sum())
-    answer = f"all {n_pinned} do"
+    answer = f"all {n_pinned} do" + (", rounded to float32" if is_single and n_pinned else "")
     if len(off):
         answer = f"{len(off)} of {n_pinned} do not, the first is vertex {off[0]}"
     return Fact("pinned vertices end as prescribed", "comparison", answer, len(off) == 0, 0.0)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import cached_property
-from numbers import Real
+
+import numpy as np
 
 from izo_ref.base.errors import OptionError
 
 LAGRANGIAN = ("gradient", "jacobi", "chebyshev", "cg", "lbfgs", "newton")
 SWEEPS = ("pgs", "apgs")
 PRESET_METHODS = {"arcsim": "cg", "icloth": "chebyshev", "xrtailor": "gradient"}
+NUMBERS = (int, float, np.integer, np.floating)
 CHOICES = {
     "selection": ("independent", "first-of-any", "all"),
     "method": ("auto", "active-set", "interior-point", *SWEEPS, *LAGRANGIAN),
@@ -138,7 +140,7 @@ class Options:
             if field.name in (*CHOICES, "plan"):
                 continue
             value, whole = getattr(self, field.name), isinstance(field.default, int)
-            is_number = isinstance(value, Real) and not isinstance(value, bool)
+            is_number = isinstance(value, NUMBERS) and not isinstance(value, bool)
             if not (is_number and value >= 0) or (whole and value % 1 != 0):
                 kind = "whole number" if whole else "number"
                 raise OptionError(f"{field.name}: expected a {kind} >= 0, got {value!r}")

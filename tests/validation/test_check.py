@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.app.files import SavedResult, save_result, save_scene
+from izo_ref.app.files import SavedResult, load_result, save_result, save_scene
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from validation.__main__ import main
 from validation.check import check
@@ -76,6 +76,28 @@ def test_a_pinned_vertex_that_was_moved_is_found():
     verdict = check(scene, positions_only(end), 1e-3)
     assert failed(verdict) == {"comparison"}
     assert "first is vertex 1" in next(f.answer for f in verdict.facts if f.by == "comparison")
+
+
+def test_a_result_in_float32_has_its_pinned_vertices_where_float32_can(tmp_path):
+    made = vertex_over_face()
+    start, end = made.positions_t0 + 0.1, made.positions_t1 + 0.1
+    scene = izo_ref.Scene(start, end, made.faces, pinned=[1, 1, 1, 0, 0, 0])
+    end = izo_ref.resolve(scene, 1e-3).positions.astype(np.float32)
+    assert (end != scene.positions_t1)[:3].any()
+    save_result(tmp_path / "out.npz", positions_only(end))
+    verdict = check(scene, load_result(tmp_path / "out.npz"), 1e-3)
+    assert "comparison" not in failed(verdict)
+    end[1, 0] = np.nextafter(end[1, 0], np.float32(2.0))
+    assert "comparison" in failed(check(scene, positions_only(end), 1e-3))
+
+
+def test_a_report_does_not_replace_the_step(tmp_path, capsys):
+    step = tmp_path / "step.npz"
+    save_scene(step, vertex_over_face())
+    content = step.read_bytes()
+    assert main(["check", str(step), "--json", str(step)]) == 2
+    assert "is the same file as the step" in capsys.readouterr().err
+    assert step.read_bytes() == content
 
 
 def test_zones_that_are_not_optimal_are_found(rng):
