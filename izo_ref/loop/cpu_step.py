@@ -127,6 +127,10 @@ class CpuStep(Step):
         self.found = found
         return DetectionCounts(len(found.toi), n_blocked, counts.moved, sum(counts.pairs.values()))
 
+    def first_found(self, count: int) -> Impacts:
+        """Return the first impacts of `found`, at most this many."""
+        return Impacts._make(column[:count] for column in self.found)
+
     def select(self) -> int:
         """Let impacts of the last detection enter the zones, and return how many did."""
         if len(self.found.toi) == 0:

@@ -138,6 +138,10 @@ class GpuStep(Step):
         candidates = sum(self._detector.counts.pairs.values())
         return DetectionCounts(n_found, n - n_found, self._count_moved(), candidates)
 
+    def first_found(self, count: int) -> Impacts:
+        """Return the first impacts of `found`, at most this many, on the CPU."""
+        return impacts_to_cpu(Impacts._make(column[:count] for column in self.found))
+
     def _count_moved(self) -> int:
         """Count the vertices that moved since the last detection."""
         seen, self._seen = self._seen, copy(self.positions)

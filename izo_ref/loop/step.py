@@ -84,6 +84,10 @@ class Step(Protocol):
         """Find the impacts of the path to the current positions."""
         ...
 
+    def first_found(self, count: int) -> Impacts:
+        """Return the first impacts of `found`, at most this many, on the CPU."""
+        ...
+
     def select(self) -> int:
         """Let impacts of the last detection enter the zones, and return how many did."""
         ...

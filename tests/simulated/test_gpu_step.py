@@ -197,3 +197,12 @@ def test_float32_zones_are_left_to_the_cpu(monkeypatch):
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
     assert found.left_to_cpu > 0
+
+
+def test_a_free_proposal_is_the_answer_where_floats_cannot_tell():
+    start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.3, 1e-17]])
+    scene = izo_ref.Scene(start, start + (1.0, 2.0, 0.0), [[0, 1, 2]])
+    result = izo_ref.resolve(scene, 1e-4, device="cuda")
+    assert result.status is izo_ref.Status.FREE
+    np.testing.assert_array_equal(result.positions, scene.positions_t1)
+    assert len(result.history) == 1

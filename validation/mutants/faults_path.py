@@ -14,6 +14,22 @@ BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 
 PATHS = [
     Fault(
+        "free-proposal-moved",
+        "izo_ref/loop/iterate.py",
+        "        return not meets.any() and certify_path(scene, end).free\n",
+        "        return False\n",
+        "A proposal that is free is moved where detection cannot prove it apart.",
+        ("tests/loop/test_proposal.py",),
+    ),
+    Fault(
+        "doubtful-proposal-taken",
+        "izo_ref/loop/iterate.py",
+        "        return not meets.any() and certify_path(scene, end).free\n",
+        "        return not meets.any()\n",
+        "A proposal is taken as free if no impact is certain, without the certificate.",
+        ("tests/loop/test_proposal.py",),
+    ),
+    Fault(
         "pending-impacts-forgotten",
         "izo_ref/detection/known_impacts.py",
         "            self._keys, self.impacts = self._keys[still], self.impacts.take(still)\n",
