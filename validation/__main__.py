@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from izo_ref.app.files import check_outputs, check_writable, replacing, save_json
 from izo_ref.base.errors import IzoError
 from validation import json_rows
+from validation.limits import Limits
 from validation.provenance import made_by
 from validation.report.catalogue import PROGRAM, STUDIES
 from validation.rows import Row, begin_run
@@ -47,13 +48,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _check(args: Namespace) -> int:
-    from validation.check import check_files, verdict_summary
+    from validation.check import check_files, verdict_line, verdict_summary
 
     others = {f"--known {path}": path for path in args.known}
     inputs = {"the step": args.step, "--result": args.result, **others}
     check_outputs(inputs, {"--json": args.json, "--html": args.html})
     scene, verdict = check_files(
-        args.step, args.result, args.thickness, args.initial_intersections, _say, args.known
+        args.step,
+        args.result,
+        args.thickness,
+        args.initial_intersections,
+        _say,
+        args.known,
+        Limits(args.seconds, int(args.gib * 2**30)),
     )
     if args.json:
         save_json(args.json, verdict_summary(verdict))
@@ -63,7 +70,7 @@ def _check(args: Namespace) -> int:
         title = Path(args.result or args.step).name
         with replacing(args.html) as file:
             file.write(verdict_page(title, scene, verdict).encode())
-    print("passed" if verdict.passed else "failed")
+    print(verdict_line(verdict))
     return PASSED if verdict.passed else FAILED
 
 
@@ -287,6 +294,21 @@ def _add_check(commands: "Subparsers") -> None:
         choices=("raise", "exclude"),
         default="raise",
         help="what to do with pairs that intersect at the start",
+    )
+    limits = Limits()
+    sub.add_argument(
+        "--seconds",
+        type=float,
+        default=limits.seconds,
+        metavar="S",
+        help="time of each judge of others (default: %(default)g)",
+    )
+    sub.add_argument(
+        "--gib",
+        type=float,
+        default=limits.bytes / 2**30,
+        metavar="GIB",
+        help="memory of each judge of others (default: %(default)g)",
     )
 
 

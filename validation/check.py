@@ -23,6 +23,7 @@ from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 from validation import judge, judge_zones
 from validation.judge import Fact
+from validation.limits import DEFAULT, Limits
 
 FilePath: TypeAlias = str | os.PathLike[str]
 SayFact: TypeAlias = Callable[[Fact], object]
@@ -33,7 +34,7 @@ class Verdict:
     """What `check` found.
 
     Attributes:
-        passed: Nothing that was judged is wrong.
+        passed: Nothing that was judged is wrong. Judges that did not decide say nothing.
         facts: The answers, in the order in which they were found.
         meeting: Pairs that meet on the path.
         meeting_toi: (k,) f8, from 0 to 1, when these pairs meet.
@@ -52,6 +53,11 @@ class Verdict:
     objectives: dict[str, float]
     thickness: float | None
 
+    @property
+    def n_not_decided(self) -> int:
+        """Number of judges that needed more time or memory than they may use."""
+        return sum(fact.answer.startswith(judge.NOT_DECIDED) for fact in self.facts)
+
 
 def check(
     scene: Scene,
@@ -62,6 +68,7 @@ def check(
     say: SayFact | None = None,
     known: Mapping[str, Positions] | None = None,
     own: Result | None = None,
+    limits: Limits = DEFAULT,
 ) -> Verdict:
     """Judge a result of a step.
 
@@ -74,6 +81,7 @@ def check(
         say: Is called with each `Fact` as soon as it is found.
         known: `{name: positions}` of other results; the free ones are compared with the result.
         own: The result of `izo_ref.resolve`, if the caller already has it.
+        limits: Time and memory of each judge that is not of this package.
 
     Returns:
         The verdict.
@@ -101,15 +109,15 @@ def check(
         result = SavedResult(own.positions, own.thickness, own.impacts, own.multipliers)
     positions = checks.floats("positions", result.positions, scene.positions_t0.shape)
     add(judge.prescribed(scene, positions, result.positions))
-    path_facts, certificate = judge.path(scene, positions)
+    path_facts, certificate = judge.path(scene, positions, limits)
     add(*path_facts)
-    end_facts, crossing = judge.end(scene, positions)
+    end_facts, crossing = judge.end(scene, positions, limits)
     add(*end_facts)
     if result.impacts is None:
         answer = "not judged: the file holds no impacts and multipliers"
         add(Fact("each zone is optimal", "izo_ref.residuals", answer, None, 0.0))
     else:
-        add(*judge_zones.zones(scene, result, options))
+        add(*judge_zones.zones(scene, result, options, limits))
     nearness, objectives = judge.nearness(scene, positions, _free_results(scene, own, known))
     add(nearness)
     return Verdict(
@@ -147,6 +155,7 @@ def check_files(
     initial_intersections: str = "raise",
     say: SayFact | None = None,
     known: Iterable[FilePath] = (),
+    limits: Limits = DEFAULT,
 ) -> tuple[Scene, Verdict]:
     """Judge a result that is in a file, by `check`.
 
@@ -157,6 +166,7 @@ def check_files(
         initial_intersections: What to do with pairs that intersect at the start, as for `Scene`.
         say: As for `check`.
         known: Files of other results.
+        limits: As for `check`.
 
     Returns:
         The scene and the verdict.
@@ -170,7 +180,7 @@ def check_files(
     if loaded is not None and loaded.impacts is not None:
         loaded = loaded._replace(impacts=_checked(loaded, loaded.impacts, scene, result))
     others = {str(path): load_result(path).positions for path in known}
-    return scene, check(scene, loaded, thickness, say=say, known=others)
+    return scene, check(scene, loaded, thickness, say=say, known=others, limits=limits)
 
 
 def _checked(result: SavedResult, impacts: Impacts, scene: Scene, path: FilePath | None) -> Impacts:
@@ -188,10 +198,19 @@ def _checked(result: SavedResult, impacts: Impacts, scene: Scene, path: FilePath
     )
 
 
+def verdict_line(verdict: Verdict) -> str:
+    """Return the verdict in a line: passed or failed, and how many judges did not decide."""
+    line, n = "passed" if verdict.passed else "failed", verdict.n_not_decided
+    if n:
+        line += f"; {n} {'judge' if n == 1 else 'judges'} did not decide within the limits"
+    return line
+
+
 def verdict_summary(verdict: Verdict) -> dict[str, Any]:
     """Return everything of a verdict but the arrays, ready for JSON."""
     return {
         "passed": verdict.passed,
+        "not_decided": verdict.n_not_decided,
         "thickness_m": verdict.thickness,
         "facts": [fact._asdict() for fact in verdict.facts],
         "meeting": pairs_summary(verdict.meeting, verdict.meeting_toi),

@@ -14,6 +14,7 @@ from izo_ref.base.arrays import AnyInts, Positions
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
 from izo_ref.zones.objective import objective
+from validation.limits import Limits, NotDecidedError, limited
 from validation.oracles import fcl, ipc
 from validation.oracles import path as path_oracle
 from validation.oracles.answer import mass_norm
@@ -22,6 +23,7 @@ Call = ParamSpec("Call")
 Returned = TypeVar("Returned")
 PairKey: TypeAlias = tuple[bool, frozenset[frozenset[int]]]  # a pair, whatever its order
 
+NOT_DECIDED = "not decided"  # how the answer of a judge begins that needs more than its limits
 PATH_BY_OTHERS = "ipctk Tight Inclusion, hits decided by flint"
 # Hits of ipctk that are confirmed exactly, one by one.
 HITS = 1000
@@ -65,12 +67,39 @@ def prescribed(scene: Scene, positions: Positions, saved: Any) -> Fact:
     return Fact("pinned vertices end as prescribed", "comparison", answer, len(off) == 0, 0.0)
 
 
-def path(scene: Scene, positions: Positions) -> tuple[list[Fact], PathCertificate]:
+def asked(
+    question: str, by: str, limits: Limits, judge: Callable[..., tuple[Any, ...]], *args: Any
+) -> tuple[Fact, tuple[Any, ...] | None]:
+    """Ask a judge within its limits.
+
+    Args:
+        question: What the judge is asked, for the fact.
+        by: Who the judge is, for the fact.
+        limits: Its limits.
+        judge: Function of `args` that returns an answer in words, whether it accepts, and perhaps
+            more.
+        args: Its arguments.
+
+    Returns:
+        The fact, and what the judge returned; None if it did not decide.
+    """
+    begin = time.perf_counter()
+    try:
+        returned = limited(limits, judge, *args)
+    except NotDecidedError as error:
+        fact = Fact(question, by, f"{NOT_DECIDED}: {error}", None, time.perf_counter() - begin)
+        return fact, None
+    answer, passed = returned[:2]
+    return Fact(question, by, answer, passed, time.perf_counter() - begin), returned
+
+
+def path(scene: Scene, positions: Positions, limits: Limits) -> tuple[list[Fact], PathCertificate]:
     """Judge whether the path is free, by the package's certificate and by ipctk.
 
     Args:
         scene: The scene.
         positions: (n, 3) f8 [m], end of the path.
+        limits: The limits of ipctk and of the exact oracle.
 
     Returns:
         Two facts, and the certificate.
@@ -84,15 +113,17 @@ def path(scene: Scene, positions: Positions) -> tuple[list[Fact], PathCertificat
     if not certificate.free:
         answer += f"; the path is free until t = {certificate.time_free:.6g}"
     facts = [Fact("path is free", "izo_ref.certify_path", answer, certificate.free, seconds)]
-    facts.append(_path_by_others(scene, positions))
+    if ipc.unusable():
+        answer = f"not asked: {ipc.unusable()}"
+        facts.append(Fact("path is free", PATH_BY_OTHERS, answer, None, 0.0))
+    else:
+        ask = "path is free", PATH_BY_OTHERS, limits, _path_by_others, scene, positions
+        facts.append(asked(*ask)[0])
     return facts, certificate
 
 
-def _path_by_others(scene: Scene, positions: Positions) -> Fact:
+def _path_by_others(scene: Scene, positions: Positions) -> tuple[str, bool]:
     """Judge the path by ipctk; the exact oracle decides each of its hits."""
-    if ipc.unusable():
-        return Fact("path is free", PATH_BY_OTHERS, f"not asked: {ipc.unusable()}", None, 0.0)
-    begin = time.perf_counter()
     nodes, kinds, _, complete = ipc.path_hits(
         scene.positions_t0, positions, scene.edges, scene.faces, HITS
     )
@@ -111,9 +142,7 @@ def _path_by_others(scene: Scene, positions: Positions) -> Fact:
     if left_out:
         answer += f"; {left_out} pairs are left out, since they intersect at the start"
     # if the list is incomplete, the absence of a true hit proves nothing
-    passed = met == 0 and complete
-    seconds = time.perf_counter() - begin
-    return Fact("path is free", PATH_BY_OTHERS, answer, passed, seconds)
+    return answer, met == 0 and complete
 
 
 def _key(nodes: AnyInts, is_edge_edge: bool) -> PairKey:
@@ -130,7 +159,7 @@ def _excluded_keys(scene: Scene) -> set[PairKey]:
     return {_key(row, kind) for row, kind in zip(*scene.excluded, strict=True)}
 
 
-def end(scene: Scene, positions: Positions) -> tuple[list[Fact], AnyInts]:
+def end(scene: Scene, positions: Positions, limits: Limits) -> tuple[list[Fact], AnyInts]:
     """Judge whether the mesh is free of intersections at the end, by python-fcl and by ipctk.
 
     If pairs that intersect at the start are left out, the answers are for information.
@@ -138,23 +167,32 @@ def end(scene: Scene, positions: Positions) -> tuple[list[Fact], AnyInts]:
     Args:
         scene: The scene.
         positions: (n, 3) f8 [m], end of the path.
+        limits: The limits of each of the two.
 
     Returns:
-        Two facts, and (k, 2) int, the pairs of faces that intersect.
+        Two facts, and (k, 2) int, the pairs of faces that intersect; none if python-fcl did not
+        decide.
     """
-    crossing, seconds = _timed(fcl.crossing_faces, positions, scene.faces)
-    judged = scene.excluded is None
-    answer = "free" if len(crossing) == 0 else f"{len(crossing)} pairs of faces intersect"
-    facts = [
-        Fact("end is free", "python-fcl", answer, len(crossing) == 0 if judged else None, seconds)
-    ]
+    by_fcl, found = asked("end is free", "python-fcl", limits, _end_by_fcl, scene, positions)
+    crossing = np.empty((0, 2), np.int64) if found is None else found[2]
     if ipc.unusable():
-        facts.append(Fact("end is free", "ipctk", f"not asked: {ipc.unusable()}", None, 0.0))
-        return facts, crossing
-    found, seconds = _timed(ipc.has_intersections, positions, scene.edges, scene.faces)
+        by_ipctk = Fact("end is free", "ipctk", f"not asked: {ipc.unusable()}", None, 0.0)
+    else:
+        by_ipctk, _ = asked("end is free", "ipctk", limits, _end_by_ipctk, scene, positions)
+    return [by_fcl, by_ipctk], crossing
+
+
+def _end_by_fcl(scene: Scene, positions: Positions) -> tuple[str, bool | None, AnyInts]:
+    crossing = fcl.crossing_faces(positions, scene.faces)
+    free, judged = len(crossing) == 0, scene.excluded is None
+    answer = "free" if free else f"{len(crossing)} pairs of faces intersect"
+    return answer, free if judged else None, crossing
+
+
+def _end_by_ipctk(scene: Scene, positions: Positions) -> tuple[str, bool | None]:
+    found = ipc.has_intersections(positions, scene.edges, scene.faces)
     answer = "the mesh intersects itself" if found else "free"
-    facts.append(Fact("end is free", "ipctk", answer, not found if judged else None, seconds))
-    return facts, crossing
+    return answer, not found if scene.excluded is None else None
 
 
 def nearness(

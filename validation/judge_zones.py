@@ -15,7 +15,8 @@ from izo_ref.zones.grouping import build_zones
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import zone_problem
-from validation.judge import Fact
+from validation.judge import Fact, asked
+from validation.limits import Limits
 from validation.oracles import nnls, qp, slsqp
 from validation.oracles.answer import Answer, mass_norm
 from validation.oracles.rational import EXACT_IMPACTS, ExactZone, active_rows
@@ -45,13 +46,14 @@ class _JudgedZone(NamedTuple):
     solved: bool  # to tolerance
 
 
-def zones(scene: Scene, result: SavedResult, options: Options) -> list[Fact]:
+def zones(scene: Scene, result: SavedResult, options: Options, limits: Limits) -> list[Fact]:
     """Judge whether each zone is optimal, by residuals and by oracles.
 
     Args:
         scene: The scene.
         result: A result with its impacts, multipliers and thickness.
         options: The tolerances are used.
+        limits: The limits of each oracle.
 
     Returns:
         A fact from the residuals, and one from each oracle if there is a zone.
@@ -73,7 +75,11 @@ def zones(scene: Scene, result: SavedResult, options: Options) -> list[Fact]:
         f"{max(zone.distance for zone in judged):.1e}"
     )
     facts = [Fact("each zone is optimal", "izo_ref.residuals", answer, unsolved == 0, seconds)]
-    return facts + [_zones_by(name, judged) for name in ("exact", "NNLS", "SLSQP", "PIQP")]
+    for name in ("exact", "NNLS", "SLSQP", "PIQP"):
+        by = NAMES.get(name, name)
+        ask = "zones agree with an oracle", by, limits, _zones_by, name, judged
+        facts.append(asked(*ask)[0])
+    return facts
 
 
 def _judged_zones(scene: Scene, result: SavedResult, options: Options) -> list[_JudgedZone]:
@@ -105,7 +111,7 @@ def _judged_zones(scene: Scene, result: SavedResult, options: Options) -> list[_
     return judged
 
 
-def _zones_by(oracle: str, judged: list[_JudgedZone]) -> Fact:
+def _zones_by(oracle: str, judged: list[_JudgedZone]) -> tuple[str, bool | None]:
     """Compare the answers of zones with those of an oracle.
 
     The relative distance can fail only against the exact oracle. For the others it is for
@@ -114,9 +120,7 @@ def _zones_by(oracle: str, judged: list[_JudgedZone]) -> Fact:
     chosen = sorted(judged, key=lambda zone: -len(zone.problem.nodes))
     limit = LIMITS.get(oracle, np.inf)
     chosen = [zone for zone in chosen if len(zone.problem.nodes) <= limit][:ZONES_ASKED]
-    begin = time.perf_counter()
     errors = [_relative_error(oracle, zone) for zone in chosen]
-    seconds = time.perf_counter() - begin
     failed = sum(error is None for error in errors)
     worst = max((error for error in errors if error is not None), default=0.0)
     answer = (
@@ -127,7 +131,7 @@ def _zones_by(oracle: str, judged: list[_JudgedZone]) -> Fact:
     # a relative gap of 1e-9 is a relative distance of at most sqrt(1e-9) = 3.2e-5 if the
     # constraints hold; what they may be violated by adds to it
     passed = failed == 0 and worst <= 1e-4 if oracle == "exact" and chosen else None
-    return Fact("zones agree with an oracle", NAMES.get(oracle, oracle), answer, passed, seconds)
+    return answer, passed
 
 
 def _relative_error(oracle: str, zone: _JudgedZone) -> float | None:

@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -202,3 +203,22 @@ def test_bad_input_is_refused_and_nothing_is_written(tmp_path, capsys):
     )
     assert main(["check", step, "--result", str(tmp_path / "wrong.npz")]) == 2
     assert "impact_nodes" in capsys.readouterr().err
+
+
+@needs_ipctk
+def test_judges_that_do_not_decide_are_counted_apart(tmp_path, capsys, monkeypatch):
+    """What the other judges prove still stands."""
+    monkeypatch.setattr(ipc, "path_hits", lambda *_args: time.sleep(1000.0))
+    monkeypatch.setattr(ipc, "has_intersections", lambda *_args: np.ones(1 << 28))
+    scene, report = vertex_over_face(), tmp_path / "v.json"
+    save_scene(tmp_path / "step.npz", scene)
+    arguments = ["check", str(tmp_path / "step.npz"), "--seconds", "1", "--gib", "0.5"]
+    assert main([*arguments, "--json", str(report)]) == 0
+    said = capsys.readouterr().out
+    assert "not decided: needs more than 1 s" in said
+    assert "not decided: needs more than 0.5 GiB of memory" in said
+    assert said.endswith("passed; 2 judges did not decide within the limits\n")
+    assert json.loads(report.read_text())["not_decided"] == 2
+    save_result(tmp_path / "bad.npz", positions_only(scene.positions_t1))
+    assert main([*arguments, "--result", str(tmp_path / "bad.npz")]) == 1
+    assert "failed; 2 judges" in capsys.readouterr().out

@@ -18,9 +18,12 @@ from izo_ref.certificate.certify import certify_path
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 from validation.check import SayFact, check, verdict_summary
+from validation.limits import Limits
 from validation.study import steps
 
 THICKNESS_M = 1e-4
+# Of each judge. Those of the largest steps take minutes.
+LIMITS = Limits(seconds=3600.0, bytes=16 << 30)
 # The results in peers.json that ours are compared with: ARCSim 0.2.1 on one thread, same thickness.
 PEER = "arcsim_0_2_1"
 WRONG_STEP = "sphere-10k"
@@ -46,7 +49,7 @@ def step_row(name: str, say: SayFact | None = None) -> dict[str, Any]:
     own = resolve(scene, THICKNESS_M)
     resolve_s = time.perf_counter() - begin
     result = SavedResult(own.positions, own.thickness, own.impacts, own.multipliers)
-    verdict = check(scene, result, THICKNESS_M, say=say, own=own)
+    verdict = check(scene, result, THICKNESS_M, say=say, own=own, limits=LIMITS)
     begin = time.perf_counter()
     proposed = certify_path(scene, scene.positions_t1)
     proposed_s = time.perf_counter() - begin
@@ -85,7 +88,7 @@ def wrong_rows(say: SayFact | None = None) -> list[dict[str, Any]]:
     rows = []
     for name, scene, positions in _wrong_results():
         result = SavedResult(positions, None, None, None)
-        verdict = check(scene, result, THICKNESS_M, say=say)
+        verdict = check(scene, result, THICKNESS_M, say=say, limits=LIMITS)
         rows.append({"result": name, "verdict": verdict_summary(verdict)})
     return rows
 

@@ -1,0 +1,40 @@
+"""Judges end: by an answer, or because their time or their memory is used up."""
+
+import os
+import time
+
+import numpy as np
+import pytest
+
+from validation.limits import CAN_LIMIT, Limits, NotDecidedError, limited
+
+pytestmark = pytest.mark.skipif(not CAN_LIMIT, reason="processes cannot be forked here")
+
+
+def test_an_answer_passes_through():
+    found = limited(Limits(), np.multiply, np.arange(3), 2.0)
+    assert found.tolist() == [0.0, 2.0, 4.0]
+    assert limited(Limits(), sorted, [1, 3, 2], reverse=True) == [3, 2, 1]
+
+
+def test_an_error_passes_through():
+    with pytest.raises(ZeroDivisionError):
+        limited(Limits(), divmod, 1, 0)
+
+
+def test_a_judge_without_end_is_stopped():
+    begin = time.monotonic()
+    with pytest.raises(NotDecidedError, match=r"more than 0\.3 s"):
+        limited(Limits(seconds=0.3), time.sleep, 1000.0)
+    assert time.monotonic() - begin < 10.0
+
+
+def test_a_judge_that_takes_too_much_memory_is_stopped():
+    with pytest.raises(NotDecidedError, match=r"more than 0\.25 GiB"):
+        limited(Limits(bytes=1 << 28), np.ones, 1 << 27)
+    assert len(limited(Limits(bytes=1 << 28), np.ones, 1 << 20)) == 1 << 20
+
+
+def test_a_judge_that_dies_is_reported():
+    with pytest.raises(NotDecidedError, match="its process ended with -6"):
+        limited(Limits(), os.abort)
