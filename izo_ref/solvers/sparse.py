@@ -4,6 +4,8 @@
 new values.
 """
 
+from typing import NamedTuple
+
 import numba
 import numpy as np
 
@@ -37,6 +39,10 @@ class SparseCholesky:
         rows, columns = _places(self._order)[entries.T]
         pattern = np.column_stack((np.minimum(rows, columns), np.maximum(rows, columns)))
         self._supernodes = _supernodes_of(pattern, n_blocks)
+        # A restriction keeps the division: its fronts are the same ones, with fewer rows.
+        self._division = _divide(self._supernodes, size, numba.get_num_threads())
+        last = len(self._division.starts) - 2
+        self._first_runs, self._last_run = range(last), range(last, last + 1)
         self._lay_out(self._supernodes, size)
 
     def restrict(self, chosen: Flags) -> None:
@@ -53,10 +59,7 @@ class SparseCholesky:
 
     def _lay_out(self, supernodes: Supernodes, size: int) -> None:
         """Lay out the factor."""
-        threads = numba.get_num_threads()
-        self._fronts, self._run_starts, self._runs = _lay_out_fronts(supernodes, size, threads)
-        last = len(self._run_starts) - 2
-        self._first_runs, self._last_run = range(last), range(last, last + 1)
+        self._fronts = _lay_out_fronts(supernodes, size, self._division.roots)
         self._factor = np.empty(self._fronts.factor_starts[-1])
         self._kept = np.empty(self._fronts.n_kept)
         self._rests = np.empty(size * self._fronts.starts[-1])
@@ -75,7 +78,7 @@ class SparseCholesky:
             smallest: Pivots of this or less are left out; the solution is 0 there.
         """
         blocks = values.reshape(len(values), self._fronts.size, self._fronts.size)
-        shape = self._fronts, self._run_starts, self._runs
+        shape = self._fronts, self._division.starts, self._division.runs
         for runs in self._first_runs, self._last_run:
             kernels.factorize(runs, *shape, blocks, smallest, self._kept, self._factor)
 
@@ -83,7 +86,7 @@ class SparseCholesky:
         """Return the solution for one right-hand side, both (n_blocks * size,) f8."""
         size = self._fronts.size
         x = right.reshape(-1, size)[self._order].ravel()
-        shape = self._fronts, self._run_starts, self._runs
+        shape = self._fronts, self._division.starts, self._division.runs
         for runs, upwards in (
             (self._first_runs, True),
             (self._last_run, True),
@@ -139,30 +142,23 @@ def _supernodes_of(entries: Ints, n: int) -> Supernodes:
     return Supernodes(firsts, above, starts, rows, places, *by_front)
 
 
-def _lay_out_fronts(
-    supernodes: Supernodes, size: int, threads: int
-) -> tuple[Fronts, Offsets, Ints]:
-    """Return the fronts of supernodes, and the runs that divide them among threads.
+def _lay_out_fronts(supernodes: Supernodes, size: int, roots: Indices) -> Fronts:
+    """Return the fronts of supernodes.
 
     Args:
         supernodes: The supernodes.
         size: Rows of a block.
-        threads: How many threads there are.
-
-    Returns:
-        The fronts; (n_runs + 1,) i8, where each run begins; and (n_fronts,) i4, the fronts of the
-        runs.
+        roots: Roots of the subtrees that threads take whole; what they leave is kept for the last
+            run.
     """
     firsts, above, starts, rows, places, entry_starts, entries = supernodes
     own, counts = np.diff(firsts), np.diff(starts)
     rows_of_front = size * (own + counts)
-    work = _work(size * own, size * counts)
-    run_starts, runs, roots = _divide(above, work, threads if work.sum() > PARALLEL else 1)
     rest_sizes = (size * counts) ** 2
     kept = np.full(len(own), -1)
     kept[roots] = np.cumsum(rest_sizes[roots]) - rest_sizes[roots]
     children = np.argsort(above, kind="stable")[np.count_nonzero(above < 0) :]
-    fronts = Fronts(
+    return Fronts(
         size,
         firsts,
         above,
@@ -179,7 +175,6 @@ def _lay_out_fronts(
         int(rows_of_front.max(initial=0)),
         _largest_stack(above, rest_sizes),
     )
-    return fronts, run_starts, runs
 
 
 def _work(pivots: Indices, rows: Indices) -> Floats:
@@ -192,21 +187,21 @@ def _work(pivots: Indices, rows: Indices) -> Floats:
     return ((pivots + rows).astype(float) ** 3 - rows.astype(float) ** 3) / 3.0
 
 
-def _divide(above: Ints, work: Floats, threads: int) -> tuple[Offsets, Ints, Indices]:
-    """Divide the fronts among threads: one run a thread, and a last run that waits for the others.
+class _Division(NamedTuple):
+    """How the fronts are divided among threads: a run each, and a last run that waits for them."""
 
-    Args:
-        above: (n_fronts,) i4, the front above each front, or -1.
-        work: (n_fronts,) f8, operations of each front.
-        threads: How many threads there are.
+    starts: Offsets  # (n_runs + 1,) i8, where each run begins
+    runs: Ints  # (n_fronts,) i4, the fronts of the runs
+    roots: Indices  # i8, roots of the subtrees that threads take whole
 
-    Returns:
-        (n_runs + 1,) i8, where each run begins; (n_fronts,) i4, the fronts of the runs; and the
-        roots of the subtrees that threads take whole.
-    """
+
+def _divide(supernodes: Supernodes, size: int, threads: int) -> _Division:
+    """Divide the fronts of supernodes, with blocks of `size` rows, among threads."""
+    above = supernodes.above
+    work = _work(size * np.diff(supernodes.firsts), size * np.diff(supernodes.starts))
     n = len(above)
-    if threads == 1:
-        return np.array([0, n]), np.arange(n, dtype=np.int32), np.empty(0, np.int64)
+    if threads == 1 or work.sum() <= PARALLEL:
+        return _Division(np.array([0, n]), np.arange(n, dtype=np.int32), np.empty(0, np.int64))
     whole, first = work.copy(), np.arange(n)  # work and first front of the subtree of each front
     for s in range(n):
         if above[s] >= 0:
@@ -222,7 +217,7 @@ def _divide(above: Ints, work: Floats, threads: int) -> tuple[Offsets, Ints, Ind
         loads[thread] += whole[root]
         thread_of[first[root] : root + 1] = thread
     starts = np.searchsorted(np.sort(thread_of), np.arange(threads + 2))
-    return starts, np.argsort(thread_of, kind="stable").astype(np.int32), roots
+    return _Division(starts, np.argsort(thread_of, kind="stable").astype(np.int32), roots)
 
 
 def _largest_stack(above: Ints, rest_sizes: Indices) -> int:
