@@ -14,7 +14,7 @@ from izo_ref.base.arrays import AnyInts, Positions
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
 from izo_ref.zones.objective import objective
-from validation.limits import Limits, NotDecidedError, limited
+from validation.limits import DEFAULT, Limits, NotDecidedError, limited
 from validation.oracles import fcl, ipc
 from validation.oracles import path as path_oracle
 from validation.oracles.answer import mass_norm
@@ -93,7 +93,9 @@ def asked(
     return Fact(question, by, answer, passed, time.perf_counter() - begin), returned
 
 
-def path(scene: Scene, positions: Positions, limits: Limits) -> tuple[list[Fact], PathCertificate]:
+def path(
+    scene: Scene, positions: Positions, limits: Limits = DEFAULT
+) -> tuple[list[Fact], PathCertificate]:
     """Judge whether the path is free, by the package's certificate and by ipctk.
 
     Args:
@@ -159,7 +161,7 @@ def _excluded_keys(scene: Scene) -> set[PairKey]:
     return {_key(row, kind) for row, kind in zip(*scene.excluded, strict=True)}
 
 
-def end(scene: Scene, positions: Positions, limits: Limits) -> tuple[list[Fact], AnyInts]:
+def end(scene: Scene, positions: Positions, limits: Limits = DEFAULT) -> tuple[list[Fact], AnyInts]:
     """Judge whether the mesh is free of intersections at the end, by python-fcl and by ipctk.
 
     If pairs that intersect at the start are left out, the answers are for information.

@@ -52,7 +52,8 @@ def check_that_it_ends_free(scene, result):
     assert result.certificate.exact <= 1e-4 * result.certificate.candidates
     path_facts, _ = judge.path(scene, result.positions)
     end_facts, _ = judge.end(scene, result.positions)
-    assert [fact.by for fact in path_facts + end_facts if fact.passed is False] == []
+    facts = [fact for fact in path_facts + end_facts if not fact.answer.startswith("not asked")]
+    assert [fact.by for fact in facts if not fact.passed] == []
 
 
 @pytest.mark.parametrize("name", own_scenes.FREE_STEPS)
