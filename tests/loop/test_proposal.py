@@ -1,5 +1,7 @@
 """Proposed positions that are free are the answer, also where floats cannot tell."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -88,3 +90,18 @@ def test_one_impact_that_is_real_is_resolved_beside_a_doubtful_one():
     result = izo_ref.resolve(scene, 1e-4)
     assert result.certificate.free
     assert result.objective > 0.0
+
+
+def test_layers_that_meet_vertex_on_vertex_are_not_certified_in_full(monkeypatch):
+    """Floats cannot tell there; exact arithmetic is asked about one impact, not about all pairs."""
+    sheet, faces = grid(4)
+    start = np.concatenate((sheet, sheet + (0.0, 0.0, 0.1)))
+    end = start.copy()
+    end[16:, 2] -= 0.2
+    asked = []
+    module = sys.modules["izo_ref.loop.iterate"]
+    monkeypatch.setattr(module, "certify_path", lambda *_args: asked.append(1))
+    result = izo_ref.resolve(izo_ref.Scene(start, end, np.concatenate((faces, faces + 16))), 1e-4)
+    assert result.status is izo_ref.Status.FREE
+    assert result.objective > 0.0
+    assert asked == []

@@ -16,7 +16,7 @@ PATHS = [
     Fault(
         "free-proposal-moved",
         "izo_ref/loop/iterate.py",
-        "        return not meets.any() and certify_path(scene, end).free\n",
+        "        return certify_path(scene, end).free\n",
         "        return False\n",
         "A proposal that is free is moved where detection cannot prove it apart.",
         ("tests/loop/test_proposal.py",),
@@ -24,9 +24,9 @@ PATHS = [
     Fault(
         "doubtful-proposal-taken",
         "izo_ref/loop/iterate.py",
-        "        return not meets.any() and certify_path(scene, end).free\n",
-        "        return not meets.any()\n",
-        "A proposal is taken as free if no impact is certain, without the certificate.",
+        "        if meets.any() or _one_meets(sample, scene):\n",
+        "        if meets.any():\n",
+        "A proposal is certified in full wherever floats cannot tell whether some impacts meet.",
         ("tests/loop/test_proposal.py",),
     ),
     Fault(
