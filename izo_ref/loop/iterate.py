@@ -96,25 +96,12 @@ class Loop:
             begin = time.perf_counter()
             detected = step.detect()
             if detected.found + detected.blocked and self._proposal_is_free():
-                # no impact is one, so the proposed positions are the answer
-                now = time.perf_counter()
-                self.record(
-                    Iteration(
-                        round_number,
-                        iteration,
-                        detected.moved,
-                        detected.candidates,
-                        *(0, 0, 0, 0, 0, 0.0),
-                        now - begin,
-                        0.0,
-                    )
-                )
-                return True
+                detected = detected._replace(found=0, blocked=0)
             if detected.blocked:
                 return False
             middle = time.perf_counter()
             first_new = step.n_impacts
-            n_new = step.select()
+            n_new = step.select() if detected.found else 0
             n_zones, n_solved = step.solve(first_new) if n_new else (0, 0)
             self.record(
                 Iteration(

@@ -49,7 +49,7 @@ These changes helped and are in use:
 * A selection of its own for deep steps, where impacts are more than eight edges deep on average
   (`zones/serial/deep_selection.py`), and an aim beyond the thickness where rounding is as large as
   the tolerance. A sheet that falls by 100 m through nine others, 5 cm apart, ends free after 10
-  iterations and 0.3 s. It took 18 s and ended in the fail-safe, 3 % farther from the proposal.
+  iterations and 0.3 s. It took 18 s and ended in the fail-safe, at an objective that is 3 % higher.
 
 These changes did not help:
 
@@ -58,8 +58,8 @@ These changes did not help:
   of constraints that share one. It took 1.0 to 1.3 times as long, and the factors had 4 to 12 %
   more entries.
 * Against a deep step: a path in five to eleven doublings (19 to 100 s on the sheet that falls by
-  100 m), normals that are turned toward the motion (often faster, but 7 % farther from the proposal
-  where the sheet also goes sideways), `first-of-any` (57 s).
+  100 m), normals that are turned toward the motion (often faster, but the objective is 7 %
+  higher where the sheet also goes sideways), `first-of-any` (57 s).
 * Proofs that stop at the time at which a vertex of the pair is taken by an earlier impact. Half to
   nine tenths of the pairs have such a vertex in the first iterations, but the times are not known
   before the proofs are made. See above for the impacts that were found before.
