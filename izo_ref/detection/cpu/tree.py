@@ -49,19 +49,6 @@ def compute_morton_codes(
 
 
 @light_kernel
-def flag_moved_lanes(
-    # In:
-    vertex_moved: Flags,  # (n_vertices,) b1
-    nodes: Ints,  # (n_elements, k) i4
-    # Out:
-    lanes_out: Bits,  # (>= n_blocks,) u1, bit k: a vertex of element k of the block moved
-) -> None:
-    """Mark the elements that have a moved vertex."""
-    for block in range((nodes.shape[0] + WIDTH - 1) // WIDTH):
-        lanes_out[block] = moved_lanes_of(block, vertex_moved, nodes)
-
-
-@light_kernel
 def fit_tree(
     # In:
     vertex_moved: Flags,  # (n_vertices,) b1
