@@ -2,5 +2,5 @@
 
 May import detection and the stages below it. It does not import `scene.py`; its functions take the
 scene as `SceneArrays` of `base/records.py`. Start with `certify.py`; the exact arithmetic is in
-`exact_path.py`.
+`base/exact_path.py`.
 """

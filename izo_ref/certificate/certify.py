@@ -8,10 +8,10 @@ import numpy as np
 from izo_ref.base import checks
 from izo_ref.base.arrays import Flags, Positions, Times
 from izo_ref.base.devices import choose_device, copy_to_cpu, detach, implementation
+from izo_ref.base.exact_path import first_meeting
 from izo_ref.base.options import RULES
 from izo_ref.base.records import Impacts, PairCounts, Pairs, SceneArrays
 from izo_ref.certificate.cpu import meetings as kernels
-from izo_ref.certificate.exact_path import first_meeting
 from izo_ref.detection.detector import Detector
 
 
@@ -72,7 +72,7 @@ def certify_path(
     * The pair meets, because that cubic changes its sign while the contact is inside the pair
       (`certificate/formulas/meeting.py`).
     * Exact arithmetic decides the few pairs that are left. They touch, or nearly do
-      (`certificate/exact_path.py`).
+      (`base/exact_path.py`).
 
     The first two ways use floats, with bounds of their rounding that are derived in these files.
 

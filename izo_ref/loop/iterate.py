@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.exact_path import first_meeting
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.certificate.certify import certify_path
 from izo_ref.certificate.cpu.meetings import decide_meetings
-from izo_ref.certificate.exact_path import first_meeting
 from izo_ref.loop.step import Step
 
 # Impacts of the first detection that are tried before the certificate is asked for all pairs. The

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from izo_ref.base.exact_path import first_meeting
 from izo_ref.certificate.cpu.meetings import decide_meetings
-from izo_ref.certificate.exact_path import first_meeting
 from izo_ref.detection.formulas.advance import APART
 from tests.helpers.contacts import first_contact
 

@@ -5,9 +5,9 @@ from validation.mutants.fault import CPU_SIMULATOR, Fault
 RESOLVE = "tests/loop/test_resolve.py"
 CERTIFY = "tests/certificate/test_certify.py"
 MEETING = "tests/certificate/test_meeting.py"
-BY_HAND = "tests/certificate/test_exact_path.py::test_meeting_times_are_those_worked_out_by_hand"
-ROOTS = "tests/certificate/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
-EXACT = "tests/certificate/test_exact_path.py"
+BY_HAND = "tests/base/test_exact_path.py::test_meeting_times_are_those_worked_out_by_hand"
+ROOTS = "tests/base/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
+EXACT = "tests/base/test_exact_path.py"
 SCALE_BACK = "tests/loop/test_scale_back.py"
 NEXT_STEP = "tests/loop/test_next_step.py"
 BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
@@ -153,7 +153,7 @@ PATHS = [
     ),
     Fault(
         "root-at-one-lost",
-        "izo_ref/certificate/exact_path.py",
+        "izo_ref/base/exact_path.py",
         "    parts = [(0, 1, 1)]\n",
         "    parts = [(0, 2**60 - 1, 2**60)]\n",
         "Exact arithmetic looks for roots in [0, 1), so pairs that meet at the end are lost.",
@@ -161,7 +161,7 @@ PATHS = [
     ),
     Fault(
         "always-coplanar-is-apart",
-        "izo_ref/certificate/exact_path.py",
+        "izo_ref/base/exact_path.py",
         "        times = [AlgebraicTime([], 0, 0, 1)]\n"
         "        times += [time for p in deciding if p for time in roots_in_unit_interval(p)]\n",
         "        times = [] if deciding else []\n",
@@ -170,7 +170,7 @@ PATHS = [
     ),
     Fault(
         "always-coplanar-without-differences",
-        "izo_ref/certificate/exact_path.py",
+        "izo_ref/base/exact_path.py",
         "for vector in (*turns, *nodes) for p in vector] + differences\n",
         "for vector in (*turns, *nodes) for p in vector] + differences[:0]\n",
         "For edges in one plane, the times at which ends of different edges are level are left "
@@ -179,7 +179,7 @@ PATHS = [
     ),
     Fault(
         "common-roots-not-recognised",
-        "izo_ref/certificate/exact_path.py",
+        "izo_ref/base/exact_path.py",
         "            if len(common) > 1:\n",
         "            if len(common) > 4:\n",
         "A sign that is zero at an algebraic time is searched for by halving the interval.",
@@ -188,7 +188,7 @@ PATHS = [
     ),
     Fault(
         "nearly-zero-is-zero",
-        "izo_ref/certificate/exact_path.py",
+        "izo_ref/base/exact_path.py",
         "            common = common_divisor(time.polynomial, poly)\n",
         "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
         "A sign that is not certain on a narrow interval counts as zero.",
@@ -196,7 +196,7 @@ PATHS = [
     ),
     Fault(
         "meeting-time-rounded-up",
-        "izo_ref/certificate/exact_path.py",
+        "izo_ref/base/exact_path.py",
         "    number = Fraction(time.low, time.unit)\n",
         "    number = Fraction(time.high, time.unit)\n",
         "The time of a meeting may be given too late.",

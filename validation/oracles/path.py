@@ -5,7 +5,7 @@ Question: do the two sides of a pair have a common point at some time in [0, 1],
 Method: rational arithmetic and the signs of polynomials at their real roots, by python-flint. The
 argument below proves that the answer is right for every input, degenerate shapes included.
 
-Independent of `izo_ref`: the package decides the same question in `certificate/exact_path.py`, by
+Independent of `izo_ref`: the package decides the same question in `base/exact_path.py`, by
 Sturm's theorem and Bernstein coefficients on Python's integers. This module factorises polynomials
 and evaluates them on intervals by FLINT, isolates roots by Descartes' rule, and derives its
 conditions anew.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.certificate.exact_path import first_meeting, roots_in_unit_interval, sign_at
+from izo_ref.base.exact_path import first_meeting, roots_in_unit_interval, sign_at
 from tests.helpers.queries import SOURCES, queries_of
 from tests.naive.simplices import simplices_meet
 from validation.oracles import path as path_oracle

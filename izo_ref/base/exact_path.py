@@ -31,7 +31,7 @@ from fractions import Fraction
 from math import nextafter
 from typing import Any
 
-from izo_ref.certificate.polynomials import (
+from izo_ref.base.polynomials import (
     Polynomial,
     add,
     bernstein,
