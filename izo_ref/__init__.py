@@ -14,7 +14,15 @@ if TYPE_CHECKING:
     from izo_ref.base import errors
     from izo_ref.base.errors import IzoError
     from izo_ref.base.options import Options
-    from izo_ref.base.records import Impacts, Pairs, Status
+    from izo_ref.base.records import (
+        ExcludedPairs,
+        Exclusion,
+        Impacts,
+        Pairs,
+        PairState,
+        Status,
+        TouchingPairs,
+    )
     from izo_ref.certificate.certify import PathCertificate, certify_path
     from izo_ref.detection.find import find_impacts
     from izo_ref.loop.plan import Plan, plan
@@ -28,9 +36,12 @@ if TYPE_CHECKING:
     from izo_ref.zones.system import zone_problem
 
 __all__ = [
+    "ExcludedPairs",
+    "Exclusion",
     "Impacts",
     "IzoError",
     "Options",
+    "PairState",
     "Pairs",
     "PathCertificate",
     "Plan",
@@ -38,6 +49,7 @@ __all__ = [
     "Result",
     "Scene",
     "Status",
+    "TouchingPairs",
     "ZoneProblem",
     "ZoneSolution",
     "Zones",
@@ -59,7 +71,15 @@ _MODULES = {
     "base": ("errors",),
     "base.errors": ("IzoError",),
     "base.options": ("Options",),
-    "base.records": ("Impacts", "Pairs", "Status"),
+    "base.records": (
+        "ExcludedPairs",
+        "Exclusion",
+        "Impacts",
+        "PairState",
+        "Pairs",
+        "Status",
+        "TouchingPairs",
+    ),
     "certificate.certify": ("PathCertificate", "certify_path"),
     "detection.find": ("find_impacts",),
     "loop.plan": ("Plan", "plan"),

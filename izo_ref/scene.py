@@ -17,16 +17,24 @@ from izo_ref.base.errors import (
     DegenerateFaceError,
     InitialIntersectionError,
     MassError,
-    OptionError,
     UncertifiedStartError,
 )
-from izo_ref.base.records import Components, Pairs, TreeOrders
+from izo_ref.base.records import Components, ExcludedPairs, Exclusion, TouchingPairs, TreeOrders
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.intersections import find_intersections
 from izo_ref.detection.mesh import edges_of
+from izo_ref.detection.pair_keys import pair_keys
+from izo_ref.detection.touching import sort_start
 from izo_ref.detection.trees import tree_orders
 
-SHOWN = 5  # intersections that the message of an error names
+INITIAL_INTERSECTIONS = ("raise", "ratchet", "exclude")
+PRESCRIBED = ("exclude", "block")
+
+SHOWN = 5  # intersections of each kind that the message of an error names
+RATCHET = (
+    "Pass initial_intersections='ratchet' to go on: pairs that touch then keep to the side that "
+    "the mesh tells; the other pairs are left out, until they are apart at the end of a step."
+)
 # Steps after which the elements are sorted anew for the trees. Sorting takes half as long as the
 # queries of one detection. A sequence of 100 frames of cloth does not need it. Where 512 balls
 # change their places, queries of trees in the old order take three times as long.
@@ -51,9 +59,15 @@ class Scene:
             The masses of pinned vertices are not used and may be anything.
         pinned: (n,) bool, True for vertices that follow their path exactly; if None, no vertex is
             pinned.
-        initial_intersections: What to do if the mesh intersects itself at the start: `raise` an
-            error, or `exclude` the pairs that intersect. Detection then ignores these pairs, and
-            `excluded` lists them.
+        initial_intersections: What to do if the mesh intersects itself at the start. `raise`: raise
+            an error. `ratchet` and `exclude`: pairs that touch keep to the side that the mesh
+            tells, from the start on (`touching`); pairs that cross, and pairs that touch where the
+            mesh tells no side, are left out of this step (`excluded`). In the next step, `after`
+            leaves out only those of them that are not apart yet (`ratchet`), or all pairs that
+            intersect then (`exclude`).
+        prescribed: What to do with pairs between pinned points that meet, which no positions of
+            other vertices can prevent. `exclude`: leave them out, and resolve everything else.
+            `block`: the step is then blocked.
 
     Attributes:
         positions_t0: (n, 3) f8 [m], start of the step.
@@ -62,7 +76,11 @@ class Scene:
         edges: (k, 2) i4, each edge once, the lower vertex first, sorted.
         masses: (n,) f8 [kg]; 1 for pinned vertices whose mass was not positive and finite.
         pinned: (n,) b1.
-        excluded: `Pairs` that detection ignores, or None.
+        excluded: `ExcludedPairs` that are left out because of where they are at the start, or
+            None.
+        touching: `TouchingPairs` that touch at the start and keep to their side, or None.
+        initial_intersections: As passed in.
+        prescribed: As passed in.
         on_gpu: `{name: (array, order)}` for positions that came from a GPU. `order` is (n,) i8 and
             maps vertices to rows of the array; None means that vertex i is row i.
         tree_orders: Orders in which vertices, edges and faces enter trees, each (n,) i4.
@@ -74,7 +92,7 @@ class Scene:
         IndexRangeError: A face has an index of no vertex.
         DegenerateFaceError: A face has the same vertex twice.
         MassError: A mass is zero or negative.
-        OptionError: `initial_intersections` has another value.
+        OptionError: `initial_intersections` or `prescribed` has another value.
         InitialIntersectionError: The mesh intersects itself at the start. The error holds the
             pairs.
         DeviceUnavailableError: An array is on a GPU that cannot be used.
@@ -89,13 +107,12 @@ class Scene:
         pinned: Any = None,
         *,
         initial_intersections: str = "raise",
+        prescribed: str = "exclude",
     ) -> None:
         """Check and copy the arrays of a step; the class says what they are."""
-        if initial_intersections not in ("raise", "exclude"):
-            raise OptionError(
-                "initial_intersections: expected 'raise' or 'exclude', "
-                f"got {initial_intersections!r}"
-            )
+        checks.choice("initial_intersections", initial_intersections, INITIAL_INTERSECTIONS)
+        checks.choice("prescribed", prescribed, PRESCRIBED)
+        self.initial_intersections, self.prescribed = initial_intersections, prescribed
         self.on_gpu: dict[str, tuple[Any, Indices | None]] = {}
         self.positions_t0: Positions = self._take_positions("positions_t0", positions_t0)
         n = len(self.positions_t0)
@@ -111,9 +128,9 @@ class Scene:
         self.components: Components = MeshComponents(n, self.faces)
         self._steps_kept = 0  # since the elements were sorted for the trees
         self.tree_orders: TreeOrders = tree_orders(self.positions_t0, self.edges, self.faces)
-        self.excluded: Pairs | None = self._initial_intersections(
-            initial_intersections == "exclude"
-        )
+        self.excluded: ExcludedPairs | None = None
+        self.touching: TouchingPairs | None = None
+        self._check_start()
 
     def after(
         self, result: Any, positions_t1: Any, masses: Any = None, pinned: Any = None
@@ -126,8 +143,10 @@ class Scene:
         components and the orders of the trees are kept. `resolve` finds the same positions, bit for
         bit, as for a new `Scene` of the same arrays.
 
-        The certificate says nothing about excluded pairs. So if this scene has any, the next start
-        is checked in full, and the pairs that intersect there are excluded.
+        The certificate says nothing about excluded pairs. So if there are any, the next start is
+        checked in full, and the pairs that intersect there are excluded. With `ratchet`, these are
+        only pairs that were excluded before, or are between pinned vertices. All others were
+        certified apart at the end, so the set of excluded pairs never grows.
 
         Args:
             result: What `resolve` returned for this scene, with a path that is certified free.
@@ -146,17 +165,17 @@ class Scene:
             ShapeError: An array has the wrong shape or type.
             NonFiniteError: A position or a mass is NaN or infinite.
             MassError: A mass is zero or negative, or a vertex is set free that has none.
+            InitialIntersectionError: Pairs were left out, and the next start intersects itself,
+                with `initial_intersections="raise"`.
             DeviceUnavailableError: An array is on a GPU that cannot be used.
         """
         start = _certified_end(self, result).copy()  # numba compiles anew for read-only arrays
         masses = self.masses if masses is None else masses
         pinned = self.pinned if pinned is None else pinned
-        if self.excluded is not None:
-            return Scene(
-                start, positions_t1, self.faces, masses, pinned, initial_intersections="exclude"
-            )
+        if result.certificate.excluded is not None:
+            return self._after_exclusion(start, positions_t1, masses, pinned)
         scene, n = copy.copy(self), len(start)
-        scene.on_gpu = {}
+        scene.on_gpu, scene.touching = {}, None
         scene.positions_t0 = start
         scene.positions_t1 = scene._take_positions("positions_t1", positions_t1, n)
         scene.pinned = pinned if pinned is self.pinned else _take_pinned(pinned, n)
@@ -191,21 +210,39 @@ class Scene:
             self.on_gpu[name] = (positions, None)
         return checks.floats(name, copy_to_cpu(name, positions), (n, 3))
 
-    def _initial_intersections(self, exclude: bool) -> Pairs | None:
-        """Return the pairs that intersect at the start, None if there are none, or raise."""
+    def _after_exclusion(
+        self, start: Positions, positions_t1: Any, masses: Any, pinned: Any
+    ) -> Scene:
+        """Return the next step if pairs were left out of this one."""
+        modes = {
+            "initial_intersections": self.initial_intersections,
+            "prescribed": self.prescribed,
+        }
+        scene = Scene(start, positions_t1, self.faces, masses, pinned, **modes)
+        found = scene.excluded
+        if self.initial_intersections == "ratchet" and found is not None:
+            before = set() if self.excluded is None else set(pair_keys(self.excluded))
+            kept = found.reasons == Exclusion.PRESCRIBED
+            kept |= [key in before for key in pair_keys(found)]
+            scene.excluded = found.take(kept) if kept.any() else None
+        return scene
+
+    def _check_start(self) -> None:
+        """Find the pairs that intersect at the start, and sort them, or raise an error."""
         mesh = self.edges, self.faces
         found = find_intersections(self.positions_t0, *mesh, self.tree_orders)
         if found.n_found == 0:
-            return None
-        if exclude:
-            return found.pairs()
-        shown = "; ".join(f"{a} and {b}" for a, b in found.describe(SHOWN))
-        raise InitialIntersectionError(
-            "positions_t0: expected a mesh without intersections, found "
-            f"{found.n_found}, the first: {shown}. Pass initial_intersections='exclude' to "
-            "leave these pairs out.",
-            found.pairs(),
-        )
+            return
+        prescribed = self.pinned if self.prescribed == "exclude" else None
+        if self.initial_intersections == "raise":
+            rest = found if prescribed is None else found.unprescribed(prescribed)
+            if rest.n_found:
+                raise InitialIntersectionError(
+                    "positions_t0: expected a mesh without intersections, found "
+                    f"{rest.describe(SHOWN)}. {RATCHET}",
+                    rest.pairs(),
+                )
+        self.excluded, self.touching = sort_start(self.positions_t0, self.faces, found, prescribed)
 
 
 def _take_pinned(pinned: Any, n: int) -> Flags:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from izo_ref.app.files import check_outputs, check_writable, replacing, save_json
 from izo_ref.base.errors import IzoError
+from izo_ref.scene import INITIAL_INTERSECTIONS, PRESCRIBED
 from validation import json_rows
 from validation.limits import Limits
 from validation.provenance import made_by
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
     Subparsers = _SubParsersAction[argparse.ArgumentParser]
 
-PASSED, FAILED, BAD_INPUT = 0, 1, 2
+PASSED, FAILED, BAD_INPUT, PASSED_EXCEPT_EXCLUDED = 0, 1, 2, 3
 REPORTS = Path("reports")
 PAGES_ONLY = "measure nothing; write the pages from the rows"
 
@@ -34,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: Words of the command line; None takes those of this process.
 
     Returns:
-        Exit code: 0 passed, 1 failed, 2 bad input.
+        Exit code: 0 passed, 1 failed, 2 bad input, 3 passed except for pairs that were left out.
     """
     args = _parser().parse_args(arguments)
     try:
@@ -57,7 +58,7 @@ def _check(args: Namespace) -> int:
         args.step,
         args.result,
         args.thickness,
-        args.initial_intersections,
+        {"initial_intersections": args.initial_intersections, "prescribed": args.prescribed},
         _say,
         args.known,
         Limits(args.seconds, int(args.gib * 2**30)),
@@ -71,7 +72,9 @@ def _check(args: Namespace) -> int:
         with replacing(args.html) as file:
             file.write(verdict_page(title, scene, verdict).encode())
     print(verdict_line(verdict))
-    return PASSED if verdict.passed else FAILED
+    if not verdict.passed:
+        return FAILED
+    return PASSED_EXCEPT_EXCLUDED if verdict.excluded else PASSED
 
 
 def _zones(args: Namespace) -> int:
@@ -291,9 +294,15 @@ def _add_check(commands: "Subparsers") -> None:
     sub.add_argument("--known", nargs="*", default=(), metavar="OUT.npz", help=help_)
     sub.add_argument(
         "--initial-intersections",
-        choices=("raise", "exclude"),
+        choices=INITIAL_INTERSECTIONS,
         default="raise",
-        help="what to do with pairs that intersect at the start",
+        help="what to do with pairs that touch or cross at the start; see `izo resolve --help`",
+    )
+    sub.add_argument(
+        "--prescribed",
+        choices=PRESCRIBED,
+        default="exclude",
+        help="what to do with pairs that meet between pinned points; see `izo resolve --help`",
     )
     limits = Limits()
     sub.add_argument(

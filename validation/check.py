@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeAlias
 
 from izo_ref.app.files import SavedResult, load_result, load_scene
-from izo_ref.app.summary import pairs_summary
+from izo_ref.app.summary import excluded_line, pairs_summary
 from izo_ref.base import checks
 from izo_ref.base.arrays import AnyInts, Positions, Times
 from izo_ref.base.errors import FileFormatError
@@ -42,6 +42,7 @@ class Verdict:
         positions: (n, 3) f8 [m], the end positions that were judged.
         objectives: `{name: objective}` [m^2] of the results that it was compared with.
         thickness: [m], of our own result.
+        excluded: In words, the pairs that were left out; empty if there are none.
     """
 
     passed: bool
@@ -52,6 +53,7 @@ class Verdict:
     positions: Positions
     objectives: dict[str, float]
     thickness: float | None
+    excluded: str
 
     @property
     def n_not_decided(self) -> int:
@@ -111,7 +113,7 @@ def check(
     add(judge.prescribed(scene, positions, result.positions))
     path_facts, certificate = judge.path(scene, positions, limits)
     add(*path_facts)
-    end_facts, crossing = judge.end(scene, positions, limits)
+    end_facts, crossing = judge.end(certificate, limits)
     add(*end_facts)
     if result.impacts is None:
         answer = "not judged: the file holds no impacts and multipliers"
@@ -129,6 +131,7 @@ def check(
         positions=positions,
         objectives=objectives,
         thickness=own.thickness,
+        excluded="" if certificate.excluded is None else excluded_line(certificate),
     )
 
 
@@ -152,7 +155,7 @@ def check_files(
     step: FilePath,
     result: FilePath | None = None,
     thickness: float | None = None,
-    initial_intersections: str = "raise",
+    modes: Mapping[str, str] | None = None,
     say: SayFact | None = None,
     known: Iterable[FilePath] = (),
     limits: Limits = DEFAULT,
@@ -163,7 +166,7 @@ def check_files(
         step: File of the step.
         result: File of the result; None judges the result of `izo_ref.resolve`.
         thickness: [m], as for `check`.
-        initial_intersections: What to do with pairs that intersect at the start, as for `Scene`.
+        modes: `initial_intersections` and `prescribed`, as for `Scene`; its defaults if None.
         say: As for `check`.
         known: Files of other results.
         limits: As for `check`.
@@ -175,7 +178,7 @@ def check_files(
         FileFormatError: A file cannot be read, or lacks an array.
         IzoError: The step or the result is not valid.
     """
-    scene = load_scene(step, initial_intersections)
+    scene = load_scene(step, **(modes or {}))
     loaded = None if result is None else load_result(result)
     if loaded is not None and loaded.impacts is not None:
         loaded = loaded._replace(impacts=_checked(loaded, loaded.impacts, scene, result))
@@ -199,8 +202,10 @@ def _checked(result: SavedResult, impacts: Impacts, scene: Scene, path: FilePath
 
 
 def verdict_line(verdict: Verdict) -> str:
-    """Return the verdict in a line: passed or failed, and how many judges did not decide."""
+    """Return the verdict in a line: passed or failed, what was left out, and who did not decide."""
     line, n = "passed" if verdict.passed else "failed", verdict.n_not_decided
+    if verdict.excluded:
+        line += f", except for pairs about which nothing is said; {verdict.excluded}"
     if n:
         line += f"; {n} {'judge' if n == 1 else 'judges'} did not decide within the limits"
     return line
@@ -211,6 +216,7 @@ def verdict_summary(verdict: Verdict) -> dict[str, Any]:
     return {
         "passed": verdict.passed,
         "not_decided": verdict.n_not_decided,
+        "excluded": verdict.excluded,
         "thickness_m": verdict.thickness,
         "facts": [fact._asdict() for fact in verdict.facts],
         "meeting": pairs_summary(verdict.meeting, verdict.meeting_toi),

@@ -10,7 +10,9 @@ from typing import Any, NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
+from izo_ref.app.summary import excluded_line
 from izo_ref.base.arrays import AnyInts, Positions
+from izo_ref.base.records import ExcludedPairs, TouchingPairs
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
 from izo_ref.zones.objective import objective
@@ -114,35 +116,50 @@ def path(
     )
     if not certificate.free:
         answer += f"; the path is free until t = {certificate.time_free:.6g}"
+    if certificate.excluded is not None:
+        answer += f"; {excluded_line(certificate)}"
     facts = [Fact("path is free", "izo_ref.certify_path", answer, certificate.free, seconds)]
     if ipc.unusable():
         answer = f"not asked: {ipc.unusable()}"
         facts.append(Fact("path is free", PATH_BY_OTHERS, answer, None, 0.0))
     else:
-        ask = "path is free", PATH_BY_OTHERS, limits, _path_by_others, scene, positions
+        ask = "path is free", PATH_BY_OTHERS, limits, _path_by_others, certificate
         facts.append(asked(*ask)[0])
     return facts, certificate
 
 
-def _path_by_others(scene: Scene, positions: Positions) -> tuple[str, bool]:
-    """Judge the path by ipctk; the exact oracle decides each of its hits."""
-    nodes, kinds, _, complete = ipc.path_hits(
-        scene.positions_t0, positions, scene.edges, scene.faces, HITS
-    )
-    excluded = _excluded_keys(scene)
+def _path_by_others(certificate: PathCertificate) -> tuple[str, bool]:
+    """Judge the path by ipctk; the exact oracle decides each of its hits.
+
+    Of the pairs that touch at the start, those that are not left out have to be apart afterwards,
+    and the edges and faces that touch by them must not go through each other.
+    """
+    scene, positions = certificate.scene, certificate.positions
+    start = scene.positions_t0
+    nodes, kinds, _, complete = ipc.path_hits(start, positions, scene.edges, scene.faces, HITS)
+    excluded, touching = _keys(certificate.excluded), _keys(scene.touching)
     met = alarms = left_out = 0
     for row, is_edge_edge in zip(nodes, kinds, strict=True):
-        if _key(row, is_edge_edge) in excluded:
+        key = _key(row, is_edge_edge)
+        meets = path_oracle.meets_after_start if key in touching else path_oracle.meets
+        if key in excluded:
             left_out += 1
-        elif path_oracle.meets(bool(is_edge_edge), scene.positions_t0[row], positions[row]):
+        elif meets(bool(is_edge_edge), start[row], positions[row]):
             met += 1
         else:
             alarms += 1
     answer = "free" if met == 0 else f"{'' if complete else 'at least '}{met} pairs meet"
+    if scene.touching is not None:
+        through = sum(
+            path_oracle.goes_through_after_start(start[row], positions[row])
+            for row in scene.touching.edge_faces
+        )
+        answer += f"; {len(touching)} pairs touch at the start, {through} edges go through faces"
+        met += through
     if alarms:
         answer += f"; {alarms} pairs come within the tolerance of ipctk, 1e-9, but do not meet"
     if left_out:
-        answer += f"; {left_out} pairs are left out, since they intersect at the start"
+        answer += f"; {left_out} hits are pairs that were left out"
     # if the list is incomplete, the absence of a true hit proves nothing
     return answer, met == 0 and complete
 
@@ -155,46 +172,46 @@ def _key(nodes: AnyInts, is_edge_edge: bool) -> PairKey:
     return bool(is_edge_edge), frozenset(sides)
 
 
-def _excluded_keys(scene: Scene) -> set[PairKey]:
-    if scene.excluded is None:
+def _keys(pairs: ExcludedPairs | TouchingPairs | None) -> set[PairKey]:
+    if pairs is None:
         return set()
-    return {_key(row, kind) for row, kind in zip(*scene.excluded, strict=True)}
+    return {_key(row, kind) for row, kind in zip(pairs.nodes, pairs.is_edge_edge, strict=True)}
 
 
-def end(scene: Scene, positions: Positions, limits: Limits = DEFAULT) -> tuple[list[Fact], AnyInts]:
+def end(certificate: PathCertificate, limits: Limits = DEFAULT) -> tuple[list[Fact], AnyInts]:
     """Judge whether the mesh is free of intersections at the end, by python-fcl and by ipctk.
 
-    If pairs that intersect at the start are left out, the answers are for information.
+    If pairs were left out, the answers are for information.
 
     Args:
-        scene: The scene.
-        positions: (n, 3) f8 [m], end of the path.
+        certificate: The certificate of the path, with its scene and its end.
         limits: The limits of each of the two.
 
     Returns:
         Two facts, and (k, 2) int, the pairs of faces that intersect; none if python-fcl did not
         decide.
     """
-    by_fcl, found = asked("end is free", "python-fcl", limits, _end_by_fcl, scene, positions)
+    by_fcl, found = asked("end is free", "python-fcl", limits, _end_by_fcl, certificate)
     crossing = np.empty((0, 2), np.int64) if found is None else found[2]
     if ipc.unusable():
         by_ipctk = Fact("end is free", "ipctk", f"not asked: {ipc.unusable()}", None, 0.0)
     else:
-        by_ipctk, _ = asked("end is free", "ipctk", limits, _end_by_ipctk, scene, positions)
+        by_ipctk, _ = asked("end is free", "ipctk", limits, _end_by_ipctk, certificate)
     return [by_fcl, by_ipctk], crossing
 
 
-def _end_by_fcl(scene: Scene, positions: Positions) -> tuple[str, bool | None, AnyInts]:
-    crossing = fcl.crossing_faces(positions, scene.faces)
-    free, judged = len(crossing) == 0, scene.excluded is None
+def _end_by_fcl(certificate: PathCertificate) -> tuple[str, bool | None, AnyInts]:
+    crossing = fcl.crossing_faces(certificate.positions, certificate.scene.faces)
+    free, judged = len(crossing) == 0, certificate.excluded is None
     answer = "free" if free else f"{len(crossing)} pairs of faces intersect"
     return answer, free if judged else None, crossing
 
 
-def _end_by_ipctk(scene: Scene, positions: Positions) -> tuple[str, bool | None]:
-    found = ipc.has_intersections(positions, scene.edges, scene.faces)
+def _end_by_ipctk(certificate: PathCertificate) -> tuple[str, bool | None]:
+    scene = certificate.scene
+    found = ipc.has_intersections(certificate.positions, scene.edges, scene.faces)
     answer = "the mesh intersects itself" if found else "free"
-    return answer, not found if scene.excluded is None else None
+    return answer, not found if certificate.excluded is None else None
 
 
 def nearness(

@@ -10,18 +10,24 @@ from typing import Any, TypeAlias
 
 from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside, fill, folders
 from izo_ref.app.files import check_outputs, load_result, load_scene, save_json, save_result
-from izo_ref.app.summary import certificate_summary, impacts_summary, result_summary
+from izo_ref.app.summary import (
+    certificate_summary,
+    excluded_line,
+    impacts_summary,
+    result_summary,
+)
 from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
 from izo_ref.base.errors import IzoError
 from izo_ref.base.options import CHOICES, Options
 from izo_ref.base.records import Status
-from izo_ref.certificate.certify import certify_path
+from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.find import find_impacts
 from izo_ref.loop.plan import plan
 from izo_ref.loop.resolve import resolve
+from izo_ref.scene import INITIAL_INTERSECTIONS, PRESCRIBED, Scene
 from izo_ref.version import __version__
 
-FREE, NOT_FREE, BAD_INPUT = 0, 1, 2
+FREE, NOT_FREE, BAD_INPUT, FREE_EXCEPT_EXCLUDED = 0, 1, 2, 3
 
 Arguments: TypeAlias = argparse.Namespace
 Run: TypeAlias = Callable[[Arguments], int]
@@ -35,7 +41,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: The words behind `izo`; those of the command line if None.
 
     Returns:
-        The exit code: 0 for a free path, 1 for a path that is not free, 2 for bad input.
+        The exit code: 0 for a free path, 1 for a path that is not free, 2 for bad input, 3 for a
+        path that is free except for pairs that were left out.
     """
     options = _parser().parse_args(arguments)
     try:
@@ -50,7 +57,18 @@ def _with_flags(message: str) -> str:
     name, colon, rest = message.partition(":")
     if colon and name in ("thickness", "device", "selection", "relinearize"):
         message = f"--{name}:{rest}"
-    return re.sub(r"initial_intersections='(\w+)'", r"--initial-intersections \1", message)
+    flags = r"\b(initial_intersections|prescribed)='(\w+)'"
+    return re.sub(flags, lambda m: f"--{m[1].replace('_', '-')} {m[2]}", message)
+
+
+def _load(args: Arguments) -> Scene:
+    return load_scene(args.step, args.initial_intersections, args.prescribed)
+
+
+def _exit_code(certificate: PathCertificate) -> int:
+    if not certificate.free:
+        return NOT_FREE
+    return FREE if certificate.excluded is None else FREE_EXCEPT_EXCLUDED
 
 
 def _resolve(args: Arguments) -> int:
@@ -58,7 +76,7 @@ def _resolve(args: Arguments) -> int:
     check_outputs({"the step": args.step}, outputs)
     with _progress() as tick:
         with compiling_beside("small-zones"):
-            scene = load_scene(args.step, args.initial_intersections)
+            scene = _load(args)
         result = resolve(
             scene,
             args.thickness,
@@ -76,15 +94,21 @@ def _resolve(args: Arguments) -> int:
         f"{len(result.impacts.toi)} impacts in {len(result.zones)} zones, "
         f"{len(result.history)} iterations, {result.timings['total']:.2f} s",
     )
+    certificate = summary["certificate"]
     if result.status is Status.BLOCKED:
-        _say(f"the path is free until t = {result.time_free:.6g}")
-        _say_pairs(summary["certificate"]["meeting"])
-    return FREE if result.certificate.free else NOT_FREE
+        _say(f"the path is free until t = {result.time_free:.6g}; these pairs meet first:")
+        _say_pairs(certificate["meeting"])
+        blocked = result.zone_statuses.count(Status.BLOCKED)
+        _say(f"{blocked} of {len(result.zones)} zones are blocked; the others are resolved")
+    if result.certificate.excluded is not None:
+        _say(excluded_line(result.certificate))
+        _say_pairs(certificate["excluded"])
+    return _exit_code(result.certificate)
 
 
 def _detect(args: Arguments) -> int:
     check_outputs({"the step": args.step}, {"--json": args.json})
-    impacts = find_impacts(load_scene(args.step, args.initial_intersections))
+    impacts = find_impacts(_load(args))
     summary = impacts_summary(impacts)
     if args.json:
         save_json(args.json, summary)
@@ -96,7 +120,7 @@ def _detect(args: Arguments) -> int:
 def _certify(args: Arguments) -> int:
     inputs = {"the step": args.step, "--positions": args.positions}
     check_outputs(inputs, {"--json": args.json})
-    scene = load_scene(args.step, args.initial_intersections)
+    scene = _load(args)
     is_step_itself = args.positions is None
     positions = scene.positions_t1 if is_step_itself else load_result(args.positions).positions
     certificate = certify_path(scene, positions)
@@ -108,16 +132,16 @@ def _certify(args: Arguments) -> int:
         f"{len(certificate.meeting_toi)} of them meet; {certificate.exact} were decided in exact "
         f"arithmetic; the path is free until t = {certificate.time_free:.6g}"
     )
-    if certificate.excluded is not None:
-        n_excluded = len(certificate.excluded.nodes)
-        _say(f"{n_excluded} pairs are left out, because they intersect at the start")
     _say_pairs(summary["meeting"])
-    return FREE if certificate.free else NOT_FREE
+    if certificate.excluded is not None:
+        _say(excluded_line(certificate))
+        _say_pairs(summary["excluded"])
+    return _exit_code(certificate)
 
 
 def _plan(args: Arguments) -> int:
     check_outputs({"the step": args.step}, {"--json": args.json})
-    needed = plan(load_scene(args.step, args.initial_intersections))
+    needed = plan(_load(args))
     if args.json:
         save_json(args.json, {"plan": [line._asdict() for line in needed.lines]})
     _say(str(needed))
@@ -155,7 +179,7 @@ def _demo(args: Arguments) -> int:
             args.output, lambda row: tick(f"{row.found} impacts, {row.zones} zones")
         )
     _say(f"{result.status.name}: {result.status.value}", f"page: {page}")
-    return FREE if result.certificate.free else NOT_FREE
+    return _exit_code(result.certificate)
 
 
 def _say(*lines: str) -> None:
@@ -165,7 +189,14 @@ def _say(*lines: str) -> None:
 
 def _say_pairs(summary: dict[str, Any]) -> None:
     for row in summary["first"]:
-        print(f"  {row['kind']} {row['nodes']} at t = {row['toi']:.6g}")
+        text = f"  {row['kind']} {row['nodes']}"
+        if "toi" in row:
+            text += f" at t = {row['toi']:.6g}"
+        if row.get("prescribed"):
+            text += ", between pinned points"
+        if "reason" in row:
+            text += f": {row['reason']}, {row['at_end']} at the end"
+        print(text)
 
 
 @contextmanager
@@ -191,7 +222,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="izo",
         description="Reference and verification toolkit for impact zone optimization.",
-        epilog="Exit codes: 0 the path is free, 1 it is not free, 2 bad input.",
+        epilog="Exit codes: 0 the path is free, 1 it is not free, 2 bad input, 3 the path is free "
+        "except for pairs that were left out (see --initial-intersections and --prescribed).",
     )
     parser.add_argument("--version", action="version", version=f"izo {__version__}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
@@ -232,10 +264,18 @@ def _add_step_command(
     )
     command.add_argument(
         "--initial-intersections",
-        choices=("raise", "exclude"),
+        choices=INITIAL_INTERSECTIONS,
         default="raise",
-        help="stop if pairs intersect at the start, or leave these pairs out "
-        "(default: %(default)s)",
+        help="stop if pairs touch or cross at the start; or go on (ratchet, exclude): pairs that "
+        "touch keep to the side that the mesh tells, and the others are left out; the two differ "
+        "in the next step of a sequence only (default: %(default)s)",
+    )
+    command.add_argument(
+        "--prescribed",
+        choices=PRESCRIBED,
+        default="exclude",
+        help="pairs that meet between pinned points are left out and everything else is resolved "
+        "(exclude), or they block the step (default: %(default)s)",
     )
     return command
 

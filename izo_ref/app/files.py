@@ -31,12 +31,15 @@ MESHES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".usd", ".usda", ".us
 FilePath: TypeAlias = str | os.PathLike[str]
 
 
-def load_scene(path: FilePath, initial_intersections: str = "raise") -> Scene:
+def load_scene(
+    path: FilePath, initial_intersections: str = "raise", prescribed: str = "exclude"
+) -> Scene:
     """Read a step.
 
     Args:
         path: The archive.
-        initial_intersections: `raise` or `exclude`; see `Scene`.
+        initial_intersections: `raise`, `ratchet` or `exclude`; see `Scene`.
+        prescribed: `exclude` or `block`; see `Scene`.
 
     Returns:
         The step.
@@ -48,7 +51,8 @@ def load_scene(path: FilePath, initial_intersections: str = "raise") -> Scene:
     arrays = _load(path, REQUIRED)
     optional = {name: arrays[name] for name in OPTIONAL if name in arrays}
     required = [arrays[name] for name in REQUIRED]
-    return Scene(*required, **optional, initial_intersections=initial_intersections)
+    modes = {"initial_intersections": initial_intersections, "prescribed": prescribed}
+    return Scene(*required, **optional, **modes)
 
 
 class SavedResult(NamedTuple):

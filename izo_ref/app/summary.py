@@ -2,12 +2,14 @@
 
 import dataclasses
 import math
+from collections import Counter
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import Times
-from izo_ref.base.records import Impacts, Pairs
+from izo_ref.base.arrays import Codes, Times
+from izo_ref.base.records import Exclusion, Impacts, Pairs, PairState
 from izo_ref.certificate.certify import PathCertificate
 from izo_ref.loop.resolve import Result
 
@@ -46,12 +48,59 @@ def impacts_summary(impacts: Impacts) -> dict[str, Any]:
     return pairs_summary(Pairs(impacts.nodes, impacts.is_edge_edge), impacts.toi)
 
 
+def excluded_summary(certificate: PathCertificate) -> dict[str, Any]:
+    """Count the excluded pairs of a certificate by reason and end, and write out the first ones.
+
+    Returns:
+        What `pairs_summary` returns, with `reason` and `at_end` of each pair that is written out;
+        `reasons` and `at_end`, the counts; and `count`.
+    """
+    excluded, ends = certificate.excluded, certificate.excluded_ends
+    if excluded is None:
+        return pairs_summary(None) | {"count": 0}
+    content = pairs_summary(Pairs(excluded.nodes, excluded.is_edge_edge))
+    reasons, states = (_names(codes) for codes in (Exclusion, PairState))
+    for row, reason, end in zip(content["first"], excluded.reasons, ends, strict=False):
+        row |= {"reason": reasons[reason], "at_end": states[end]}
+    return content | {
+        "reasons": _counts(reasons, excluded.reasons),
+        "at_end": _counts(states, ends),
+        "count": len(ends),
+    }
+
+
+def excluded_line(certificate: PathCertificate) -> str:
+    """Say in a sentence how many pairs were left out, why, and where they end."""
+    summary = excluded_summary(certificate)
+    n, why, end = summary["count"], summary["reasons"], summary["at_end"]
+    return (
+        f"{n} {'pair was' if n == 1 else 'pairs were'} left out: {why['crossing']} cross at the "
+        f"start, {why['touching']} touch there and the mesh tells no side, {why['prescribed']} are "
+        f"between pinned points; at the end, {end['apart']} are apart, {end['touching']} touch and "
+        f"{end['crossing']} cross"
+    )
+
+
+def _names(codes: type[IntEnum]) -> list[str]:
+    return [code.name.lower() for code in codes]
+
+
+def _counts(names: list[str], codes: Codes) -> dict[str, int]:
+    return dict(zip(names, np.bincount(codes, minlength=len(names)).tolist(), strict=True))
+
+
 def certificate_summary(certificate: PathCertificate) -> dict[str, Any]:
     """Return a certificate as plain data, with summaries of its pairs."""
     content = certificate._asdict()
     content["meeting"] = pairs_summary(certificate.meeting, certificate.meeting_toi)
-    content["excluded"] = pairs_summary(certificate.excluded)
-    for array in ("meeting_toi", "scene", "positions"):
+    for row, prescribed in zip(
+        content["meeting"]["first"], certificate.meeting_prescribed.tolist(), strict=False
+    ):
+        row["prescribed"] = prescribed
+    content["excluded"] = excluded_summary(certificate)
+    touching = certificate.scene.touching
+    content["touching_at_start"] = 0 if touching is None else len(touching.nodes)
+    for array in ("meeting_toi", "meeting_prescribed", "excluded_ends", "scene", "positions"):
         del content[array]
     return content
 
@@ -73,7 +122,11 @@ def result_summary(result: Result) -> dict[str, Any]:
         "objective_m2": result.objective,
         "thickness_m": result.thickness,
         "impacts": impacts_summary(result.impacts),
-        "zones": {"count": len(result.zones), "largest": int(sizes.max(initial=0))},
+        "zones": {
+            "count": len(result.zones),
+            "largest": int(sizes.max(initial=0)),
+            "statuses": dict(Counter(status.name for status in result.zone_statuses)),
+        },
         "worst_residuals": {k: v if math.isfinite(v) else str(v) for k, v in worst.items()},
         "certificate": certificate_summary(result.certificate),
         "scaled_back": [

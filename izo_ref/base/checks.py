@@ -188,6 +188,16 @@ def flags(name: str, values: Any, n: int) -> Flags:
     return array
 
 
+def choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    """Check that an argument is one of some words.
+
+    Raises:
+        OptionError: It is not.
+    """
+    if value not in choices:
+        raise OptionError(f"{name}: expected one of {choices}, got {value!r}")
+
+
 def scene(value: Any) -> None:
     """Check that a value has the arrays of a scene.
 

@@ -49,6 +49,19 @@ def sides_meet(first: Floats, second: Floats) -> Flags:
     return meet
 
 
+def volume_signs(points: Floats) -> Signs:
+    """Return the sign of det(b - a, c - a, d - a) for each row of four points, exactly, (n,) i1.
+
+    Args:
+        points: (n, 4, 3) f8, finite.
+    """
+    signs = [
+        _volume_signs(*_integers_of(points[begin : begin + CHUNK]))
+        for begin in range(0, len(points), CHUNK)
+    ]
+    return np.concatenate(signs) if signs else np.empty(0, np.int8)
+
+
 def _share_place(first: Floats, second: Floats) -> Flags:
     """Return which pairs have a vertex of the first side exactly at a vertex of the second."""
     shared = np.zeros(len(first), bool)

@@ -11,141 +11,22 @@ cubic det(e_1, e_2, e_3):
   on the signs of finitely many polynomials, so it can change only at their roots. The times at
   which the pair meets form a closed set, so the first of them is 0 or one of these roots.
 
-In both cases a few algebraic times are left. At each of them, `_coplanar_meet` decides from the
-signs of polynomials whether the pair meets.
-
-**Algebraic times.** An algebraic time is a polynomial without multiple roots, and an interval
-(low, high] that holds exactly one of its roots, by Sturm's theorem.
-
-**Signs at an algebraic time.** The Bernstein coefficients of a polynomial on the interval enclose
-its values there. Once they have one strict sign, this is the sign at the time. Until then the
-interval is halved. If the polynomial is zero at the time, this never ends. So `sign_at` tests for
-that case once the interval is narrow: the polynomial is zero at the time if and only if its
-greatest common divisor with the polynomial of the time has a root in the interval.
+In both cases a few algebraic times are left, which `algebraic.py` isolates. At each of them,
+`_coplanar_meet` decides from the signs of polynomials whether the pair meets.
 
 Source: docs/method section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Real Algebraic Geometry
 (2006), 2.2 and 10.
 """
 
-from fractions import Fraction
-from math import nextafter
-from typing import Any
+from typing import Any, TypeAlias
 
-from izo_ref.base.polynomials import (
-    Polynomial,
-    add,
-    bernstein,
-    common_divisor,
-    count_roots,
-    cross,
-    derivative,
-    multiply,
-    primitive,
-    quotient,
-    sign_of,
-    sturm_chain,
-    trimmed,
-    value,
-)
+from izo_ref.base.algebraic import AlgebraicTime, float_below, roots_in_unit_interval, sign_at
+from izo_ref.base.polynomials import Polynomial, add, cross, multiply, sign_of, trimmed
 
-# The time of a meeting is enclosed in an interval of width 2^-54, half the spacing of floats just
-# below 1.
-TIME_BITS = 54
-# A sign that is not certain on an interval of width 2^-40 is tested for zero.
-ZERO_BITS = 40
+Vector: TypeAlias = list[Polynomial]  # three coordinates
 
 
-class AlgebraicTime:
-    """A root of a polynomial without multiple roots, enclosed in an interval.
-
-    The root is the only one in (low / unit, high / unit]; if low = high, it is that number. Whoever
-    needs a narrower interval calls `halve`.
-
-    Args:
-        polynomial: A polynomial without multiple roots.
-        low: Numerator of the lower end of the interval.
-        high: Numerator of the upper end.
-        unit: Denominator of both, a power of two.
-
-    Attributes:
-        polynomial: As passed in.
-        low: Numerator of the lower end of the interval, so far.
-        high: Numerator of the upper end.
-        unit: Denominator of both.
-    """
-
-    def __init__(self, polynomial: Polynomial, low: int, high: int, unit: int) -> None:
-        """Take a polynomial and an interval with one of its roots."""
-        self.polynomial = polynomial
-        self.low, self.high, self.unit = low, high, unit
-        self._settle()
-
-    def _settle(self) -> None:
-        """Shrink the interval to its upper end if the root is there."""
-        if value(self.polynomial, self.high, self.unit) == 0:
-            self.low = self.high
-
-    def is_narrower(self, bits: int) -> bool:
-        """Return whether the interval is not wider than 2^-bits."""
-        return (self.high - self.low) << bits <= self.unit
-
-    def halve(self) -> None:
-        """Keep the half of the interval that has the root."""
-        middle = self.low + self.high
-        self.low, self.high, self.unit = 2 * self.low, 2 * self.high, 2 * self.unit
-        # The root is simple, so the polynomial changes its sign there, and nowhere else inside the
-        # interval.
-        at_middle = sign_of(value(self.polynomial, middle, self.unit))
-        if at_middle in (0, sign_of(value(self.polynomial, self.high, self.unit))):
-            self.high = middle
-            self._settle()
-        else:
-            self.low = middle
-
-
-def roots_in_unit_interval(poly: Polynomial) -> list[AlgebraicTime]:
-    """Return the different roots in [0, 1] of a polynomial that is not zero, in ascending order."""
-    poly = primitive(poly)
-    if len(poly) > 2:
-        poly = quotient(poly, common_divisor(poly, derivative(poly)))
-    chain = sturm_chain(poly)
-    found = []
-    if poly[0] == 0:
-        found.append(AlgebraicTime(poly, 0, 0, 1))
-    parts = [(0, 1, 1)]
-    while parts:
-        low, high, unit = parts.pop()
-        count = count_roots(chain, low, high, unit)
-        if count == 1:
-            found.append(AlgebraicTime(poly, low, high, unit))
-        elif count > 1:
-            middle = low + high
-            parts += [(middle, 2 * high, 2 * unit), (2 * low, middle, 2 * unit)]
-    return found
-
-
-def sign_at(poly: Polynomial, time: AlgebraicTime) -> int:
-    """Return the sign of a polynomial at an algebraic time: -1, 0 or 1."""
-    if not poly:
-        return 0
-    may_be_zero = True
-    while time.low != time.high:
-        coefficients = bernstein(poly, time.low, time.high, time.unit)
-        if min(coefficients) > 0 or max(coefficients) < 0:
-            return sign_of(coefficients[0])
-        if may_be_zero and time.is_narrower(ZERO_BITS):
-            common = common_divisor(time.polynomial, poly)
-            if len(common) > 1:
-                # it divides a polynomial without multiple roots, so it has none either
-                chain = sturm_chain(common)
-                if count_roots(chain, time.low, time.high, time.unit):
-                    return 0
-            may_be_zero = False
-        time.halve()
-    return sign_of(value(poly, time.high, time.unit))
-
-
-def _relative_nodes(start: Any, end: Any) -> list[list[Polynomial]]:
+def _relative_nodes(start: Any, end: Any) -> list[Vector]:
     """Return e_1, e_2, e_3: three coordinates each, linear polynomials in t.
 
     All coordinates are multiplied by one power of two that makes them integers. This changes no
@@ -163,7 +44,7 @@ def _relative_nodes(start: Any, end: Any) -> list[list[Polynomial]]:
     return nodes
 
 
-def _collinear_meet(is_edge_edge: bool, nodes: list[list[Polynomial]], time: AlgebraicTime) -> bool:
+def _collinear_meet(is_edge_edge: bool, nodes: list[Vector], time: AlgebraicTime) -> bool:
     """Return whether the pair meets at a time at which its nodes are collinear.
 
     Along an axis in which the nodes differ, the sides are intervals. They are apart if all ends of
@@ -182,8 +63,8 @@ def _collinear_meet(is_edge_edge: bool, nodes: list[list[Polynomial]], time: Alg
 
 def _coplanar_meet(
     is_edge_edge: bool,
-    nodes: list[list[Polynomial]],
-    turns: list[list[Polynomial]],
+    nodes: list[Vector],
+    turns: list[Vector],
     time: AlgebraicTime,
 ) -> bool:
     """Return whether the pair meets at a time at which its nodes are coplanar.
@@ -218,28 +99,105 @@ def first_meeting(is_edge_edge: bool, start: Any, end: Any) -> float | None:
         A time in [0, 1] that is at most 2^-52 before the true one and never after it; None if the
         sides never meet.
     """
-    nodes = e1, e2, e3 = _relative_nodes(start, end)
-    turns = [cross(e1, e2), cross(e2, e3), cross(e3, e1)]
-    turns.append([add(add(a, b), c) for a, b, c in zip(*turns, strict=True)])
-    volume: Polynomial = []
-    for x, turn in zip(e1, turns[1], strict=True):
-        volume = add(volume, multiply(x, turn))
+    nodes, turns, volume = _polynomials(start, end)
     if volume:
         times = roots_in_unit_interval(volume)
     else:
-        # every polynomial whose sign `_coplanar_meet` may ask for
-        differences = [add(e[k], e1[k], -1) for e in (e2, e3) for k in range(3)]
-        deciding = [p for vector in (*turns, *nodes) for p in vector] + differences
+        deciding = _deciding_signs(nodes, turns)
         times = [AlgebraicTime([], 0, 0, 1)]
         times += [time for p in deciding if p for time in roots_in_unit_interval(p)]
-    meeting = [_float_below(t) for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
+    meeting = [float_below(t) for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
     return min(meeting, default=None)
 
 
-def _float_below(time: AlgebraicTime) -> float:
-    """Return a float that is not after the time, and at most 2^-52 before it."""
-    while not time.is_narrower(TIME_BITS):
-        time.halve()
-    number = Fraction(time.low, time.unit)
-    result = float(number)
-    return result if result <= number else nextafter(result, 0.0)
+def first_meeting_after_start(is_edge_edge: bool, start: Any, end: Any) -> float | None:
+    """Find when the two sides of a pair first have a point in common after t = 0, exactly.
+
+    Args:
+        is_edge_edge: True for two edges, False for a vertex and a face.
+        start: (4, 3) f8 [m], finite positions of the nodes at t = 0, as for `first_meeting`. The
+            sides may touch there.
+        end: (4, 3) f8 [m], their positions at t = 1.
+
+    Returns:
+        A time in [0, 1] that is at most 2^-52 before the true one and never after it; 0 if the
+        sides also meet at times as close to 0 as one likes. None if they never meet after t = 0.
+    """
+    nodes, turns, volume = _polynomials(start, end)
+    if volume:
+        times = roots_in_unit_interval(_without_root_at_zero(volume))
+    else:
+        deciding = [_without_root_at_zero(p) for p in _deciding_signs(nodes, turns) if p]
+        times = [time for p in deciding for time in roots_in_unit_interval(p)]
+        # no sign changes between t = 0 and the first of these times
+        if _coplanar_meet(is_edge_edge, nodes, turns, _before(times)):
+            return 0.0
+    meeting = [float_below(t) for t in times if _coplanar_meet(is_edge_edge, nodes, turns, t)]
+    return min(meeting, default=None)
+
+
+def crosses_after_start(start: Any, end: Any) -> bool:
+    """Return whether an edge goes through a face right after t = 0, exactly.
+
+    It does if, at all times close enough to 0, its ends are strictly on different sides of the
+    plane of the face, and its line passes the three sides of the face strictly on one side.
+
+    Args:
+        start: (5, 3) f8 [m], finite positions of the ends of the edge and of the corners of the
+            face at t = 0.
+        end: (5, 3) f8 [m], their positions at t = 1.
+    """
+    q, a, b, c = _relative_nodes(start, end)
+    turns = [_sign_after_start(_volume(q, x, y)) for x, y in ((a, b), (b, c), (c, a))]
+    if not (turns[0] == turns[1] == turns[2] != 0):
+        return False
+    from_first = _sign_after_start(_volume(a, b, c))
+    q_a, q_b, q_c = ([add(x, y, -1) for x, y in zip(node, q, strict=True)] for node in (a, b, c))
+    return from_first * _sign_after_start(_volume(q_a, q_b, q_c)) < 0
+
+
+def _polynomials(start: Any, end: Any) -> tuple[list[Vector], list[Vector], Polynomial]:
+    """Return e_1, e_2, e_3, the cross products for `_coplanar_meet`, and det(e_1, e_2, e_3)."""
+    nodes = e1, e2, e3 = _relative_nodes(start, end)
+    turns = [cross(e1, e2), cross(e2, e3), cross(e3, e1)]
+    turns.append([add(add(a, b), c) for a, b, c in zip(*turns, strict=True)])
+    return nodes, turns, _dot(e1, turns[1])
+
+
+def _deciding_signs(nodes: list[Vector], turns: list[Vector]) -> list[Polynomial]:
+    """Return every polynomial whose sign `_coplanar_meet` may ask for."""
+    e1, e2, e3 = nodes
+    differences = [add(e[k], e1[k], -1) for e in (e2, e3) for k in range(3)]
+    return [p for vector in (*turns, *nodes) for p in vector] + differences
+
+
+def _dot(a: Vector, b: Vector) -> Polynomial:
+    result: Polynomial = []
+    for x, y in zip(a, b, strict=True):
+        result = add(result, multiply(x, y))
+    return result
+
+
+def _volume(a: Vector, b: Vector, c: Vector) -> Polynomial:
+    return _dot(a, cross(b, c))
+
+
+def _without_root_at_zero(poly: Polynomial) -> Polynomial:
+    """Return a polynomial that is not zero, divided by the power of t that divides it."""
+    return poly[next(k for k, c in enumerate(poly) if c) :]
+
+
+def _sign_after_start(poly: Polynomial) -> int:
+    """Return the sign of a polynomial at all times after 0 that are close enough to 0."""
+    return sign_of(next((c for c in poly if c), 0))
+
+
+def _before(times: list[AlgebraicTime]) -> AlgebraicTime:
+    """Return a time after 0 and before some times after 0, at most 1."""
+    number, unit = 1, 1
+    for time in times:
+        while time.low == 0:
+            time.halve()
+        while number * time.unit >= time.low * unit:
+            unit *= 2
+    return AlgebraicTime([], number, number, unit)

@@ -10,6 +10,7 @@ import numpy as np
 
 from izo_ref.base.arrays import (
     AnyArray,
+    Codes,
     Edges,
     Faces,
     Flags,
@@ -36,6 +37,12 @@ class Status(enum.Enum):
         "The path is certified free, but not every zone is optimal: some zones were scaled back "
         "toward the start of the step, or were not solved to tolerance. The result may be "
         "farther from the proposed positions than necessary."
+    )
+    FREE_EXCEPT_EXCLUDED = (
+        "Some pairs were left out, and nothing is promised about them: they touch or cross at the "
+        "start, or are between pinned parts. The path of all other pairs is certified free. The "
+        "list of excluded pairs says why each was left out, and whether it is apart, touches or "
+        "crosses at the end."
     )
     BLOCKED = (
         "No free path was found: the named pairs meet, or something is pinched between "
@@ -77,6 +84,8 @@ class SceneArrays(Protocol):
         masses: (n,) f8 [kg].
         pinned: (n,) b1.
         excluded: Pairs that are left out, or None.
+        touching: Pairs that touch at the start and are not left out, or None.
+        prescribed: What to do with impacts between pinned points: `exclude` or `block`.
         on_gpu: `{name: (array, order)}` for positions that came from a GPU; `order` maps vertices
             to rows of the array, or is None.
         tree_orders: Orders in which vertices, edges and faces enter trees.
@@ -89,7 +98,9 @@ class SceneArrays(Protocol):
     edges: Edges
     masses: Masses
     pinned: Flags
-    excluded: Pairs | None
+    excluded: ExcludedPairs | None
+    touching: TouchingPairs | None
+    prescribed: str
     on_gpu: dict[str, tuple[Any, Indices | None]]
     tree_orders: TreeOrders
     components: Components
@@ -106,6 +117,64 @@ class Pairs(NamedTuple):
 
     nodes: Nodes
     is_edge_edge: Flags
+
+
+class Exclusion(enum.IntEnum):
+    """Why a pair is left out."""
+
+    CROSSING = 0  # an edge of the pair goes through a face at the start
+    TOUCHING = 1  # the pair touches at the start, and the mesh tells no side
+    PRESCRIBED = 2  # the pair meets between pinned points, which no positions can prevent
+
+
+class PairState(enum.IntEnum):
+    """Where the sides of a pair are at rest."""
+
+    APART = 0
+    TOUCHING = 1
+    CROSSING = 2  # an edge of the pair goes through a face, which is or belongs to the other side
+
+
+class ExcludedPairs(NamedTuple):
+    """Vertex-face and edge-edge pairs that are left out, and why.
+
+    Attributes:
+        nodes: (n, 4) i4, as for `Pairs`.
+        is_edge_edge: (n,) b1.
+        reasons: (n,) i1, values of `Exclusion`.
+    """
+
+    nodes: Nodes
+    is_edge_edge: Flags
+    reasons: Codes
+
+    def take(self, index: Any) -> ExcludedPairs:
+        """Return the pairs of an index array or a mask."""
+        return ExcludedPairs._make(take_rows(self, index))
+
+
+class TouchingPairs(NamedTuple):
+    """Pairs that touch at the start of a step, where the mesh tells on which side they are.
+
+    Attributes:
+        nodes: (n, 4) i4, as for `Pairs`.
+        is_edge_edge: (n,) b1.
+        weights: (n, 4) f8, of the point of contact; positive on the first side, negative on the
+            second.
+        normals: (n, 3) f8, unit vectors from the second side to the first one.
+        edge_faces: (m, 5) i4, the ends of an edge and the corners of a face: each edge and face
+            that touch at the start by some of the pairs, and by no other pair.
+        contact: (k,) i4, a row of `edge_faces`, and
+        pair: (k,) i4, a pair by which the two touch.
+    """
+
+    nodes: Nodes
+    is_edge_edge: Flags
+    weights: Weights
+    normals: Normals
+    edge_faces: Ints
+    contact: Ints
+    pair: Ints
 
 
 class Impacts(NamedTuple):

@@ -6,13 +6,24 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Flags, Positions, Times
+from izo_ref.base.arrays import Codes, Flags, Positions, Times
 from izo_ref.base.devices import choose_device, copy_to_cpu, detach, implementation
 from izo_ref.base.exact_path import first_meeting
 from izo_ref.base.options import RULES
-from izo_ref.base.records import Impacts, PairCounts, Pairs, SceneArrays
+from izo_ref.base.records import (
+    ExcludedPairs,
+    Exclusion,
+    Impacts,
+    PairCounts,
+    Pairs,
+    SceneArrays,
+    TouchingPairs,
+)
 from izo_ref.certificate.cpu import meetings as kernels
 from izo_ref.detection.detector import Detector
+from izo_ref.detection.intersections import states_of_pairs
+from izo_ref.detection.pair_keys import pair_keys
+from izo_ref.zones.serial.selection import prescribed_impacts
 
 
 class PathCertificate(NamedTuple):
@@ -21,7 +32,8 @@ class PathCertificate(NamedTuple):
     No pair is left undecided: each is proved apart, or proved to meet.
 
     Attributes:
-        free: True if every pair is apart, except the excluded pairs.
+        free: True if every pair is apart, except the excluded pairs. Pairs that touch at the start
+            and keep to their side (`Scene.touching`) are apart from then on, on that side.
         candidates: Number of candidate pairs, whose moving boxes meet. All other pairs are apart
             because their boxes are, or because they are at rest.
         vertex_face: Number of vertex-face pairs among the candidates.
@@ -30,11 +42,17 @@ class PathCertificate(NamedTuple):
             step.
         most_proofs: Number of steps of the longest proof of a pair.
         exact: Number of pairs that floats could not decide, so that exact arithmetic did.
-        meeting: The `Pairs` that meet.
+        meeting: The `Pairs` that meet, in the order of their times: the first one sets `time_free`.
         meeting_toi: (n,) f8, time at which each of them meets, never too late. It is early by at
             most the rounding of the proof.
-        time_free: Time until which every pair is apart; 1 if the path is free.
-        excluded: The `Pairs` that were ignored because they intersect at the start, or None.
+        meeting_prescribed: (n,) b1, pairs that meet between pinned points. There are some only with
+            `prescribed="block"`.
+        time_free: Time until which every pair is apart, except the excluded pairs; 1 if the path is
+            free.
+        excluded: The `ExcludedPairs`, or None: pairs of `Scene.excluded`, and pairs that meet
+            between pinned points with `prescribed="exclude"`. Nothing is proved about them.
+        excluded_ends: (n,) i1, where each excluded pair is at the end of the path, values of
+            `PairState`.
         scene: The scene whose mesh and start the path has.
         positions: (n, 3) f8 [m], the end of the path; read-only, because the proof holds for these
             bits.
@@ -49,8 +67,10 @@ class PathCertificate(NamedTuple):
     exact: int
     meeting: Pairs
     meeting_toi: Times
+    meeting_prescribed: Flags
     time_free: float
-    excluded: Pairs | None
+    excluded: ExcludedPairs | None
+    excluded_ends: Codes
     scene: SceneArrays
     positions: Positions
 
@@ -103,7 +123,21 @@ def certify_path(
     found, certain, counts = filter_path(scene, positions, rules)
     if "float-verdicts" not in rules:
         certain[:] = False
+    if scene.touching is not None:
+        # exact arithmetic has decided about these pairs, which come last
+        certain |= _among(found, scene.touching)
     meeting, exact = _meeting(scene.positions_t0, positions, found, certain)
+    prescribed = np.zeros(len(meeting.toi), bool)
+    if scene.pinned.any():
+        prescribed_impacts(meeting.nodes, meeting.weights, scene.pinned, prescribed)
+    excluded = scene.excluded
+    if scene.prescribed == "exclude" and prescribed.any():
+        excluded = _joined(excluded, meeting.take(prescribed))
+        meeting, prescribed = meeting.take(~prescribed), prescribed[~prescribed]
+    ends = np.empty(0, np.int8)
+    if excluded is not None:
+        mesh = scene.edges, scene.faces, scene.tree_orders
+        ends = states_of_pairs(excluded, positions, *mesh)
     positions.setflags(write=False)  # only now, because numba compiles anew for such arrays
     return PathCertificate(
         free=len(meeting.toi) == 0,
@@ -115,11 +149,29 @@ def certify_path(
         exact=exact,
         meeting=Pairs(meeting.nodes, meeting.is_edge_edge),
         meeting_toi=meeting.toi,
+        meeting_prescribed=prescribed,
         time_free=float(meeting.toi.min(initial=1.0)),
-        excluded=scene.excluded,
+        excluded=excluded,
+        excluded_ends=ends,
         scene=scene,
         positions=positions,
     )
+
+
+def _among(found: Impacts, touching: TouchingPairs) -> Flags:
+    """Return which impacts are of pairs that touch at the start, (n,) b1."""
+    keys = set(pair_keys(touching))
+    own = pair_keys(found)
+    return np.array([key in keys for key in own], bool)
+
+
+def _joined(excluded: ExcludedPairs | None, prescribed: Impacts) -> ExcludedPairs:
+    """Return excluded pairs, and behind them those that meet between pinned points."""
+    reasons = np.full(len(prescribed.toi), Exclusion.PRESCRIBED, np.int8)
+    own = ExcludedPairs(prescribed.nodes, prescribed.is_edge_edge, reasons)
+    if excluded is None:
+        return own
+    return ExcludedPairs._make([np.concatenate(parts) for parts in zip(excluded, own, strict=True)])
 
 
 def _filter_path(
@@ -127,15 +179,7 @@ def _filter_path(
 ) -> tuple[Impacts, Flags, PairCounts]:
     """Return the pairs not proved apart, which of them certainly meet, and the counts."""
     start = scene.positions_t0
-    detector = Detector(
-        start,
-        scene.edges,
-        scene.faces,
-        scene.excluded,
-        rules,
-        orders=scene.tree_orders,
-        components=scene.components,
-    )
+    detector = Detector.of_scene(scene, rules)
     found = detector.find(positions)
     meets = np.empty(len(found.toi), bool)
     kernels.decide_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)
@@ -145,7 +189,7 @@ def _filter_path(
 def _meeting(
     positions_t0: Positions, positions_t1: Positions, found: Impacts, certain: Flags
 ) -> tuple[Impacts, int]:
-    """Return the pairs that meet, and how many pairs exact arithmetic decided."""
+    """Return the pairs that meet, by time, and how many pairs exact arithmetic decided."""
     meets, toi = certain.copy(), found.toi.copy()
     undecided = np.flatnonzero(~meets)
     for i in undecided:
@@ -153,4 +197,6 @@ def _meeting(
         time = first_meeting(found.is_edge_edge[i], positions_t0[nodes], positions_t1[nodes])
         meets[i] = time is not None
         toi[i] = 1.0 if time is None else time
-    return found._replace(toi=toi).take(meets), len(undecided)
+    met = np.flatnonzero(meets)
+    in_time = met[np.argsort(toi[met], kind="stable")]
+    return found._replace(toi=toi).take(in_time), len(undecided)

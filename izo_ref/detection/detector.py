@@ -1,18 +1,30 @@
 """Detection on the CPU: find every vertex-face and edge-edge pair that meets on a path."""
 
+from __future__ import annotations
+
 from collections.abc import Set
 
 import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Flags, Floats, Positions
 from izo_ref.base.options import RULES
-from izo_ref.base.records import Components, Impacts, PairCounts, Pairs, TreeOrders
+from izo_ref.base.records import (
+    Components,
+    ExcludedPairs,
+    Impacts,
+    PairCounts,
+    SceneArrays,
+    TouchingPairs,
+    TreeOrders,
+    join_impacts,
+)
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.known_impacts import KnownImpacts
 from izo_ref.detection.mesh import median_length
 from izo_ref.detection.near_pairs import NearPairs
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.serial.reach import largest_moves, renew_reach
+from izo_ref.detection.touching_path import TouchingPath
 from izo_ref.detection.trees import Elements, VertexBoxes, tree_orders
 
 # A vertex that left its reach gets a new one: this many times its move since the last detection,
@@ -35,9 +47,10 @@ class Detector:
         positions_t0: (n_vertices, 3) f8 [m], start of every path.
         edges: (n_edges, 2) i4.
         faces: (n_faces, 3) i4.
-        excluded: `Pairs` to ignore, or None.
+        excluded: Pairs to ignore, or None.
         rules: Names of the rules of `options.RULES` to apply. Rules that do not concern detection
             have no effect here.
+        touching: Pairs that touch at the start and are not ignored, or None.
         start_is_free: Whether the start is known to be free, from an exact check. Pairs at rest are
             then apart.
         orders: Orders in which vertices, edges and faces enter the trees; from the start if None.
@@ -54,9 +67,10 @@ class Detector:
         positions_t0: Positions,
         edges: Edges,
         faces: Faces,
-        excluded: Pairs | None = None,
+        excluded: ExcludedPairs | None = None,
         rules: Set[str] = frozenset(RULES),
         *,
+        touching: TouchingPairs | None = None,
         start_is_free: bool = True,
         orders: TreeOrders | None = None,
         components: Components | None = None,
@@ -68,6 +82,10 @@ class Detector:
         self._positions_t0 = positions_t0
         self._orders = orders or tree_orders(positions_t0, edges, faces)
         self._excluded = None if excluded is None else set(pair_keys(excluded))
+        self._touching: TouchingPath | None = None
+        if touching is not None:
+            self._touching = TouchingPath(positions_t0, touching)
+            self._excluded = (self._excluded or set()) | set(pair_keys(touching))
         self._rules = rules
         self._dtype = np.float32 if "float32-boxes" in rules else np.float64
         self._start_is_free = start_is_free
@@ -78,6 +96,20 @@ class Detector:
         self.elements: tuple[Elements, ...] = ()
         self._near: tuple[NearPairs, ...] = ()  # vertex-face pairs, edge-edge pairs
 
+    @classmethod
+    def of_scene(cls, scene: SceneArrays, rules: Set[str] = frozenset(RULES)) -> Detector:
+        """Return a detector for the paths of a scene."""
+        return cls(
+            scene.positions_t0,
+            scene.edges,
+            scene.faces,
+            scene.excluded,
+            rules,
+            touching=scene.touching,
+            orders=scene.tree_orders,
+            components=scene.components,
+        )
+
     def find(self, positions_t1: Positions) -> Impacts:
         """Find the impacts of the path from the start to `positions_t1`.
 
@@ -86,7 +118,7 @@ class Detector:
 
         Returns:
             `Impacts`: first the vertex-face pairs, sorted by vertex and face, then the edge-edge
-            pairs, sorted by their edges.
+            pairs, sorted by their edges, and last the pairs that touch at the start.
         """
         if self._previous_t1 is None:
             moves, n_moved = np.empty(0), len(positions_t1)
@@ -102,7 +134,9 @@ class Detector:
             contacts = [near.recheck(positions_t1, moves, self.counts) for near in self._near]
             self._known.add(contacts, positions_t1)
         self._previous_t1 = positions_t1.copy()
-        return self._known.impacts
+        if self._touching is None:
+            return self._known.impacts
+        return join_impacts((self._known.impacts, self._touching.find(positions_t1)))
 
     def _reaches_left_out(self, positions_t1: Positions) -> bool:
         """Return whether a component in no tree moves now, or is reached by one that moves."""

@@ -21,7 +21,7 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
     Returns:
         `Impacts`: first the vertex-face pairs, sorted by vertex and face, then the edge-edge pairs,
-        sorted by their edges.
+        sorted by their edges, and last the pairs that touch at the start (`Scene.touching`).
 
     Raises:
         OptionError: `device` has another value, or `scene` is no scene.
@@ -37,12 +37,4 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
 
 def _find_on_cpu(scene: SceneArrays) -> Impacts:
-    detector = Detector(
-        scene.positions_t0,
-        scene.edges,
-        scene.faces,
-        scene.excluded,
-        orders=scene.tree_orders,
-        components=scene.components,
-    )
-    return detector.find(scene.positions_t1)
+    return Detector.of_scene(scene).find(scene.positions_t1)

@@ -24,14 +24,21 @@ from izo_ref.base.gpu_arrays import (
     reduce,
     stable_argsort,
     take,
+    to_cpu,
     to_gpu,
 )
-from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_gpu
+from izo_ref.base.gpu_impacts import (
+    concatenate_impacts,
+    empty_impacts,
+    impacts_to_cpu,
+    impacts_to_gpu,
+)
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
 from izo_ref.detection.serial.contacts import VERTEX_FACE_OFFSET
 from izo_ref.detection.serial.tree import Tree
+from izo_ref.detection.touching_path import TouchingPath
 from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
 
 # Pairs that one launch looks at. Each takes 72 bytes until the contacts are known.
@@ -95,7 +102,10 @@ class Detector:
         self._elements = [
             Elements(nodes, self._start, grid) for nodes in (vertices, scene.edges, scene.faces)
         ]
-        self._excluded = to_gpu(_excluded_keys(scene))
+        self._excluded = to_gpu(_keys_to_ignore(scene))
+        self._touching: TouchingPath | None = None
+        if scene.touching is not None:
+            self._touching = TouchingPath(start, scene.touching)
 
     def find(self, positions_t1: GpuArray) -> Impacts:
         """Find the impacts of the path from the start to `positions_t1`.
@@ -105,7 +115,7 @@ class Detector:
 
         Returns:
             `Impacts` on the GPU: first the vertex-face pairs, sorted by vertex and face, then the
-            edge-edge pairs, sorted by their edges.
+            edge-edge pairs, sorted by their edges, and last the pairs that touch at the start.
         """
         self.counts = PairCounts()
         if not self._has_faces:
@@ -125,7 +135,10 @@ class Detector:
         index = take(index, stable_argsort(take(keys, index)))
         found = empty_impacts(index.shape[0])
         frames.gather_impacts[index.shape[0]](self._start, positions_t1, index, *contacts, *found)
-        return found
+        if self._touching is None:
+            return found
+        touching = self._touching.find(to_cpu(positions_t1))  # exact arithmetic runs on the CPU
+        return concatenate_impacts(found, impacts_to_gpu(touching))
 
     def _refit(self, positions_t1: GpuArray) -> GpuArray:
         """Fit all boxes, and return which vertices move, (n_vertices,) b1.
@@ -258,11 +271,13 @@ def _meeting_pairs(queries: Elements, leaves: Elements) -> GpuArray:
     return pairs
 
 
-def _excluded_keys(scene: SceneArrays) -> Indices:
-    """Return the keys of the pairs to ignore, ascending, as `gather_contacts` makes them."""
-    if scene.excluded is None:
+def _keys_to_ignore(scene: SceneArrays) -> Indices:
+    """Return the keys of pairs that are excluded or touch at the start, as contacts have them."""
+    parts = [part for part in (scene.excluded, scene.touching) if part is not None]
+    if not parts:
         return np.empty(0, np.int64)
-    nodes, ee = scene.excluded.nodes.astype(np.int64), scene.excluded.is_edge_edge
+    nodes = np.concatenate([part.nodes for part in parts]).astype(np.int64)
+    ee = np.concatenate([part.is_edge_edge for part in parts])
     faces = _row_numbers(scene.faces, nodes[~ee, 1:])
     one, other = _row_numbers(scene.edges, nodes[ee, :2]), _row_numbers(scene.edges, nodes[ee, 2:])
     low, high = np.minimum(one, other), np.maximum(one, other)

@@ -3,17 +3,20 @@
 A filter in floats decides almost all pairs; exact arithmetic decides the others.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import Edges, Faces, Ints, Positions
+from izo_ref.base.arrays import Codes, Edges, Faces, Flags, Ints, Positions
 from izo_ref.base.exact import sides_meet
-from izo_ref.base.records import Impacts, Pairs, TreeOrders
+from izo_ref.base.records import ExcludedPairs, Impacts, Pairs, PairState, TreeOrders
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_crossings
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED
+from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.trees import Elements, meeting_pairs
 
 
@@ -32,32 +35,61 @@ class Intersections(NamedTuple):
 
     @property
     def n_found(self) -> int:
-        """Number of intersections."""
+        """Number of edges and faces that meet, and of pairs that touch."""
         return len(self.crossing_edges) + len(self.touching.nodes)
 
-    def describe(self, most: int) -> list[tuple[str, str]]:
-        """Return the two elements of the first intersections, `most` of them at most.
+    def touching_pairs_of_contacts(self) -> Ints:
+        """Return which pairs of each edge and the face that it meets touch.
 
-        An intersection is, for example, ("edge (0, 1)", "face (2, 3, 4)").
+        Returns:
+            (n, 5) i4, indices of pairs among those that touch; -1 for a pair that is apart. The
+            edge goes through the inside of the face if all five are apart.
         """
-        found = [
-            (f"edge {_ids(edge)}", f"face {_ids(face)}")
-            for edge, face in zip(self.crossing_edges[:most], self.crossed_faces, strict=False)
-        ]
-        for nodes, is_edge_edge in zip(*(column[:most] for column in self.touching), strict=True):
-            split = 2 if is_edge_edge else 1
-            names = ("edge", "edge") if is_edge_edge else ("vertex", "face")
-            found.append((f"{names[0]} {_ids(nodes[:split])}", f"{names[1]} {_ids(nodes[split:])}"))
-        return found[:most]
+        fives = pair_keys(pairs_of_crossings(self.crossing_edges, self.crossed_faces))
+        by_key = {key: i for i, key in enumerate(pair_keys(self.touching))}
+        return np.array([by_key.get(key, -1) for key in fives], np.int32).reshape(5, -1).T
+
+    def unprescribed(self, pinned: Flags) -> Intersections:
+        """Return the intersections that have a vertex which is not pinned.
+
+        Args:
+            pinned: (n_vertices,) b1.
+        """
+        edges, faces, pairs = self
+        free = ~(pinned[edges].all(axis=1) & pinned[faces].all(axis=1))
+        kept = ~pinned[pairs.nodes].all(axis=1)
+        own = Pairs(pairs.nodes[kept], pairs.is_edge_edge[kept])
+        return Intersections(edges[free], faces[free], own)
 
     def pairs(self) -> Pairs:
         """Return the vertex-face and edge-edge pairs of all intersections, each once, sorted.
 
-        Where an edge meets a face, each of the five pairs of the two may start on the wrong side,
-        so all five are returned.
+        These are the pairs that touch, and the five pairs of each edge and the face that it meets.
         """
-        crossings = _pairs_of_crossings(self.crossing_edges, self.crossed_faces)
-        return _unique_pairs([crossings, self.touching])
+        crossings = pairs_of_crossings(self.crossing_edges, self.crossed_faces)
+        return unique_pairs([crossings, self.touching])
+
+    def describe(self, most: int) -> str:
+        """Return the number of each kind of intersections, and name the first `most` of each."""
+        through = (self.touching_pairs_of_contacts() < 0).all(axis=1)
+        edges, faces = self.crossing_edges[through], self.crossed_faces[through]
+        parts = []
+        if len(edges):
+            named = [
+                f"edge {_ids(edge)} and face {_ids(face)}"
+                for edge, face in zip(edges[:most], faces, strict=False)
+            ]
+            goes = "1 edge that goes" if len(edges) == 1 else f"{len(edges)} edges that go"
+            parts.append(f"{goes} through a face, the first: {'; '.join(named)}")
+        touching = self.touching
+        if len(touching.nodes):
+            named = [
+                _named(*pair) for pair in zip(*(part[:most] for part in touching), strict=True)
+            ]
+            n = len(touching.nodes)
+            touches = "1 pair that touches" if n == 1 else f"{n} pairs that touch"
+            parts.append(f"{touches}, the first: {'; '.join(named)}")
+        return ", and ".join(parts)
 
 
 def find_intersections(
@@ -80,6 +112,36 @@ def find_intersections(
     _, *trees = detector.elements
     crossing = _crossing_edges(positions, edges, faces, *trees)
     return Intersections(edges[crossing[:, 0]], faces[crossing[:, 1]], touching)
+
+
+def states_of_pairs(
+    pairs: ExcludedPairs,
+    positions: Positions,
+    edges: Edges,
+    faces: Faces,
+    orders: TreeOrders | None = None,
+) -> Codes:
+    """Return where the sides of each pair are at rest, (n,) i1, values of `PairState`.
+
+    Args:
+        pairs: Vertex-face and edge-edge pairs of a mesh.
+        positions: (n_vertices, 3) f8 [m].
+        edges: (n_edges, 2) i4.
+        faces: (n_faces, 3) i4.
+        orders: Orders in which vertices, edges and faces enter trees; from the positions if None.
+    """
+    found = find_intersections(positions, edges, faces, orders)
+    through = (found.touching_pairs_of_contacts() < 0).all(axis=1)
+    fives = pairs_of_crossings(found.crossing_edges[through], found.crossed_faces[through])
+    states = dict.fromkeys(pair_keys(found.touching), PairState.TOUCHING)
+    states |= dict.fromkeys(pair_keys(fives), PairState.CROSSING)
+    return np.array([states.get(key, PairState.APART) for key in pair_keys(pairs)], np.int8)
+
+
+def _named(nodes: Ints, is_edge_edge: bool) -> str:
+    if is_edge_edge:
+        return f"edge {_ids(nodes[:2])} and edge {_ids(nodes[2:])}"
+    return f"vertex {int(nodes[0])} and face {_ids(nodes[1:])}"
 
 
 def _ids(nodes: Ints) -> tuple[int, ...]:
@@ -122,8 +184,11 @@ def _touching_pairs(positions: Positions, near: Impacts) -> Pairs:
     return Pairs(near.nodes[touch], near.is_edge_edge[touch])
 
 
-def _pairs_of_crossings(edge: Edges, face: Faces) -> Pairs:
-    """Return the five vertex-face and edge-edge pairs of each edge and the face that it meets."""
+def pairs_of_crossings(edge: Edges, face: Faces) -> Pairs:
+    """Return the five vertex-face and edge-edge pairs of each edge and the face that it meets.
+
+    The first pair of each edge and face comes first, then the second one of each, and so on.
+    """
     parts = [np.column_stack((edge[:, k], face)) for k in range(2)]
     for k in range(3):
         side = np.sort(face[:, [k, (k + 1) % 3]], axis=1)
@@ -133,7 +198,8 @@ def _pairs_of_crossings(edge: Edges, face: Faces) -> Pairs:
     return Pairs(np.concatenate(parts).astype(np.int32), kinds)
 
 
-def _unique_pairs(parts: Sequence[Pairs]) -> Pairs:
+def unique_pairs(parts: Sequence[Pairs]) -> Pairs:
+    """Return the pairs of several records, each once, sorted by kind and nodes."""
     nodes = np.concatenate([part.nodes for part in parts])
     kinds = np.concatenate([part.is_edge_edge for part in parts])
     # two vertices in one number, because sorting rows takes longer

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from izo_ref.base.records import Pairs
+from izo_ref.base.records import ExcludedPairs, Impacts, Pairs, TouchingPairs
 
 
-def pair_keys(pairs: Pairs) -> list[bytes]:
+def pair_keys(pairs: Pairs | ExcludedPairs | TouchingPairs | Impacts) -> list[bytes]:
     """Return a key for each pair, which does not depend on the order in which it is written.
 
     The corners of the face, the ends of an edge and two edges may come in any order.

@@ -26,7 +26,7 @@ from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.selection import is_deep, select_impacts
-from izo_ref.zones.serial.selection import prescribed_impacts
+from izo_ref.zones.serial.selection import hopeful_impacts, prescribed_impacts
 from izo_ref.zones.system import zone_system
 
 # positions, impacts, multipliers, active, stuck
@@ -115,9 +115,6 @@ class CpuStep(Step):
     def detect(self) -> DetectionCounts:
         """Find the impacts of the path to the current positions."""
         found = self._detector.find(self.positions)
-        time_free = float(found.toi.min(initial=1.0))
-        if time_free > self.longest[1]:
-            self.longest = (self.positions.copy(), time_free)
         counts, n_blocked = self._detector.counts, 0
         if self.scene.pinned.any():
             prescribed = np.empty(len(found.toi), bool)
@@ -125,6 +122,9 @@ class CpuStep(Step):
             n_blocked = int(np.count_nonzero(prescribed))
             found = found.take(~prescribed)
         self.found = found
+        time_free = float(found.toi.min(initial=1.0))
+        if time_free > self.longest[1]:
+            self.longest = (self.positions.copy(), time_free)
         return DetectionCounts(len(found.toi), n_blocked, counts.moved, sum(counts.pairs.values()))
 
     def first_found(self, count: int) -> Impacts:
@@ -135,7 +135,10 @@ class CpuStep(Step):
         """Let impacts of the last detection enter the zones, and return how many did."""
         if len(self.found.toi) == 0:
             return 0
-        hopeful = self.found.take(~self.stuck.take(self.found.nodes).any(axis=1))
+        own = self.found.nodes, self.found.weights, self.found.normals
+        can_help = np.empty(len(self.found.toi), bool)
+        hopeful_impacts(self.positions, *own, self.stuck, self._thickness, can_help)
+        hopeful = self.found.take(can_help)
         if self._is_deep is None:
             self._is_deep = is_deep(self.found, self.scene.positions_t0, self.positions)
         kept = select_impacts(hopeful, self.scene.pinned, self._options.selection, self._is_deep)

@@ -123,18 +123,18 @@ class GpuStep(Step):
     def detect(self) -> DetectionCounts:
         """Find the impacts of the path to the current positions."""
         found = self._detector.find(self.positions)
-        n, time_free = found.toi.shape[0], 1.0
-        if n:
-            # the bits of floats that are not negative, read as integers, have the same order
-            bits = reduce(as_column(found.toi.view(np.int64)), LEAST)
-            time_free = float(np.int64(bits).view(np.float64))
-        if time_free > self.longest[1]:
-            self.longest = (copy(self.positions), time_free)
+        n = found.toi.shape[0]
         kept = empty(n, np.bool_)
         kernels.flag_impacts_to_solve[n](found.nodes, found.weights, self._pinned, kept)
         index = flatnonzero(kept)
-        n_found = index.shape[0]
+        n_found, time_free = index.shape[0], 1.0
         self.found = found if n_found == n else take_impacts(found, index)
+        if n_found:
+            # the bits of floats that are not negative, read as integers, have the same order
+            bits = reduce(as_column(self.found.toi.view(np.int64)), LEAST)
+            time_free = float(np.int64(bits).view(np.float64))
+        if time_free > self.longest[1]:
+            self.longest = (copy(self.positions), time_free)
         candidates = sum(self._detector.counts.pairs.values())
         return DetectionCounts(n_found, n - n_found, self._count_moved(), candidates)
 
@@ -155,7 +155,8 @@ class GpuStep(Step):
         """Let impacts of the last detection enter the zones, and return how many did."""
         n = self.found.toi.shape[0]
         hopeful = empty(n, np.bool_)
-        kernels.flag_hopeful_impacts[n](self.found.nodes, self.stuck, hopeful)
+        own = self.found.nodes, self.found.weights, self.found.normals
+        kernels.flag_hopeful_impacts[n](self.positions, *own, self.stuck, self._thickness, hopeful)
         index = flatnonzero(hopeful)
         new = self.found if index.shape[0] == n else take_impacts(self.found, index)
         if self._is_deep is None:

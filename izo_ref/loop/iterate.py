@@ -85,9 +85,10 @@ class Loop:
                 so the objective never falls again.
 
         Returns:
-            True if the path is free. False if the iterations are used up, if the objective has
-            reached `limit`, or if pinned vertices meet each other, which no end positions of the
-            other vertices can prevent.
+            True if the path is free, except for impacts between pinned points, which no end
+            positions of the other vertices can prevent. False if the iterations are used up, if
+            the objective has reached `limit`, or if there are such impacts and the scene says that
+            they block the step.
         """
         step = self.step
         if step.n_impacts:
@@ -97,7 +98,7 @@ class Loop:
             detected = step.detect()
             if detected.found + detected.blocked and self._proposal_is_free():
                 detected = detected._replace(found=0, blocked=0)
-            if detected.blocked:
+            if detected.blocked and step.scene.prescribed == "block":
                 return False
             middle = time.perf_counter()
             first_new = step.n_impacts

@@ -12,7 +12,7 @@ import copy
 import numpy as np
 
 from izo_ref.base.arrays import Faces, Indices, Ints
-from izo_ref.base.records import Impacts, Pairs
+from izo_ref.base.records import Impacts
 from izo_ref.detection.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.trees import morton_codes_of
 from izo_ref.loop.serial.numbering import order_sides
@@ -62,7 +62,10 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
     result.tree_orders = vertices, edges, faces
     result.components = scene.components.renumbered(order)
     if scene.excluded is not None:
-        result.excluded = Pairs(place[scene.excluded.nodes], scene.excluded.is_edge_edge)
+        result.excluded = scene.excluded._replace(nodes=place[scene.excluded.nodes])
+    if scene.touching is not None:
+        nodes, edge_faces = place[scene.touching.nodes], place[scene.touching.edge_faces]
+        result.touching = scene.touching._replace(nodes=nodes, edge_faces=edge_faces)
     return result
 
 

@@ -13,7 +13,7 @@ from izo_ref.base import checks
 from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.options import Options
-from izo_ref.base.records import Impacts, SceneArrays, Status
+from izo_ref.base.records import Impacts, SceneArrays, Status, join_impacts
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.mesh import median_length
@@ -23,12 +23,11 @@ from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numb
 from izo_ref.loop.plan import Plan, plan
 from izo_ref.loop.scale_back import ScaledBack, scale_back
 from izo_ref.loop.step import Step
+from izo_ref.loop.verdict import judge_zones, statuses_of_zones, verdict
 from izo_ref.scene import Scene
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.problem import Residuals
-from izo_ref.zones.residuals import residuals_of_zones
-from izo_ref.zones.system import zone_system
 
 # Work that the rounds with new normals may always do, see `_work`: 0.04 to 0.2 s.
 LITTLE_WORK = 10_000
@@ -59,11 +58,12 @@ class Result:
         multipliers: (n_impacts,) f8 [kg], one for each impact.
         zones: The zones of these impacts.
         residuals: The residuals of each zone.
+        zone_statuses: How each zone ended: FREE, FREE_BY_FALLBACK or BLOCKED.
         certificate: Certificate of the path that is returned.
-        scaled_back: Vertices that were scaled back toward the start, and how far. Empty unless
-            the status is FREE_BY_FALLBACK.
-        time_free: Time until which the path is certified free; 1 if the whole path is. A blocked
-            result is the path that was free for the longest time, of all that were tried.
+        scaled_back: Vertices that were scaled back toward the start, and how far.
+        time_free: Time until which the path is certified free, except for excluded pairs; 1 if the
+            whole path is. A vertex that is blocked ends where it was on the path that was free for
+            the longest time, of all that were tried; everything else is resolved.
         history: One record for each iteration.
         left_to_cpu: Number of zones that a GPU did not solve and left to the CPU. A zone counts
             each time it is left. 0 if the loop ran on the CPU.
@@ -82,6 +82,7 @@ class Result:
     multipliers: Multipliers
     zones: Zones
     residuals: list[Residuals]
+    zone_statuses: list[Status]
     certificate: PathCertificate
     scaled_back: list[ScaledBack]
     time_free: float
@@ -154,9 +155,10 @@ def resolve(
     impacts, index = restore_numbering(loop.step.impacts, order, scene.faces)
     multipliers = loop.step.multipliers[index]
     zones = build_zones(scene, impacts)
-    judged = _judge(scene, impacts, multipliers, zones, thickness, positions)
+    judged = judge_zones(scene, impacts, multipliers, zones, thickness, positions)
     watch.lap("judge")
-    status, converged, feasible = _verdict(certificate, scaled_back, judged, options)
+    facts = certificate, scaled_back, judged, options
+    status, converged, feasible = verdict(*facts)
     return Result(
         positions=positions,
         positions_on_gpu=positions_on_gpu,
@@ -169,6 +171,7 @@ def resolve(
         multipliers=multipliers,
         zones=zones,
         residuals=judged,
+        zone_statuses=statuses_of_zones(zones, *facts),
         certificate=certificate,
         scaled_back=scaled_back,
         time_free=certificate.time_free,
@@ -207,16 +210,7 @@ def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Opti
 
 
 def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> Step:
-    detector = Detector(
-        scene.positions_t0,
-        scene.edges,
-        scene.faces,
-        scene.excluded,
-        options.rules,
-        orders=scene.tree_orders,
-        components=scene.components,
-    )
-    return CpuStep(scene, thickness, options, detector)
+    return CpuStep(scene, thickness, options, Detector.of_scene(scene, options.rules))
 
 
 def _relinearize(loop: Loop, options: Options) -> None:
@@ -249,51 +243,31 @@ def _work(history: list[Iteration]) -> int:
 
 
 def _scale_back(loop: Loop, order: Indices) -> list[ScaledBack]:
-    """Scale zones back until the path is free; if it never is, take the longest free path.
+    """Scale zones back until the path is free, or as far as it can be.
+
+    If a group that stays at the start still meets pinned vertices, then no positions were found
+    for it. Its vertices end where they were on the path that was free for the longest time, of all
+    that were tried. Everything else keeps its positions.
 
     Args:
         loop: The loop, whose step is on the CPU.
         order: (n_vertices,) i8, the caller's vertex at each place.
 
     Returns:
-        What was scaled back, in the caller's numbering; empty if the path is still not free.
+        What was scaled back, in the caller's numbering.
     """
+    step, blocks = loop.step, loop.step.scene.prescribed == "block"
     scaled_back = scale_back(loop)
-    detected = loop.step.detect()
-    if detected.found or detected.blocked:
-        loop.step.positions, scaled_back = loop.step.longest[0], []
-    return [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back]
-
-
-def _judge(
-    scene: SceneArrays,
-    impacts: Impacts,
-    multipliers: Multipliers,
-    zones: Zones,
-    thickness: float,
-    positions: Positions,
-) -> list[Residuals]:
-    """Compute the residuals of each zone from the positions and multipliers that are returned."""
-    system = zone_system(scene, impacts, zones, thickness)
-    ends = np.empty_like(system.proposed)
-    ends[system.nodes] = positions[impacts.nodes[zones.impacts]]
-    return residuals_of_zones(system, ends, multipliers[zones.impacts])
-
-
-def _verdict(
-    certificate: PathCertificate,
-    scaled_back: list[ScaledBack],
-    judged: list[Residuals],
-    options: Options,
-) -> tuple[Status, bool, bool]:
-    """Return the status, converged and feasible, from what was certified and judged."""
-    valid = certificate.free and not scaled_back
-    converged = valid and all(
-        r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
-    )
-    if not certificate.free:
-        status = Status.BLOCKED
-    else:
-        status = Status.FREE if converged else Status.FREE_BY_FALLBACK
-    feasible = valid and all(r.feasible(options.violation_tolerance) for r in judged)
-    return status, converged, feasible
+    detected = step.detect()
+    if detected.blocked and blocks:
+        step.positions = step.longest[0]
+        return []
+    if detected.found:
+        blocked = np.zeros(len(order), bool)
+        groups = build_zones(step.scene, join_impacts((step.impacts, step.found)))
+        for group in range(len(groups)):
+            vertices = groups.vertices_of(group)
+            blocked[vertices] = np.isin(vertices, step.found.nodes).any()
+        step.positions = np.where(blocked[:, None], step.longest[0], step.positions)
+        scaled_back = [s._replace(vertices=s.vertices[~blocked[s.vertices]]) for s in scaled_back]
+    return [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back if len(s.vertices)]

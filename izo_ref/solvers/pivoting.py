@@ -93,7 +93,8 @@ def pivot_from(
             fewest = min(count, fewest)
             continue
         violation, objective, gap, _ = residuals(z, z, products, s, no_slack, u, dual, primal)
-        off = max(gap / objective / gap_tolerance, violation * scale / violation_tolerance)
+        relative_gap = gap / objective if objective > 0.0 else np.inf
+        off = max(relative_gap / gap_tolerance, violation * scale / violation_tolerance)
         if off < TOLERATED_SLOP or 0.5 * last_off < off < STALLED_SLOP:
             return z * scale, u * scale, step
         v, fewest, since, last_off = u, np.inf, 0, off

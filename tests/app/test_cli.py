@@ -99,7 +99,7 @@ def test_messages_name_the_flags_of_the_command(step, tmp_path, capsys):
     start = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [0.3, 0.2, 1]]
     np.savez(crossing, positions_t0=start, positions_t1=start, faces=[[0, 1, 2], [3, 4, 5]])
     assert run("detect", crossing) == 2
-    assert "--initial-intersections exclude" in capsys.readouterr().err
+    assert "--initial-intersections ratchet" in capsys.readouterr().err
     assert run("detect", crossing, "--initial-intersections", "exclude") == 0
 
 

@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 import izo_ref
-from izo_ref.base.exact_path import first_meeting, roots_in_unit_interval, sign_at
+from izo_ref.base.algebraic import roots_in_unit_interval, sign_at
+from izo_ref.base.exact_path import (
+    crosses_after_start,
+    first_meeting,
+    first_meeting_after_start,
+)
 from tests.helpers.queries import SOURCES, queries_of
 from tests.naive.simplices import simplices_meet
 from validation.oracles import path as path_oracle
@@ -115,3 +120,64 @@ def test_a_certificate_decides_what_floats_cannot():
         assert certificate.free is free
         assert certificate.exact > 0
         assert certificate.time_free == 1.0
+
+
+AFTER_START = [
+    # lifts off its face, goes through it, stays in it, slides off over its side
+    (False, [[1, 1, 0], *FACE], [[1, 1, 1], *FACE], None),
+    (False, [[1, 1, 0], *FACE], [[1, 1, -1], *FACE], None),
+    (False, [[1, 1, 0], *FACE], [[1, 1, 0], *FACE], 0.0),
+    (False, [[2, 2, 0], *FACE], [[3, 3, 0], *FACE], None),
+    (False, [[1, 1, 0], *FACE], [[3, 3, 0], *FACE], 0.0),
+    # lifts off and comes back, because the face turns about the y axis
+    (False, [[2, 1, 0], *FACE], [[2, 1, 0.5], [0, 0, 0], [4, 0, 4], [0, 4, 0]], None),
+    # along its side, which it leaves, or enters; onto a corner at the end
+    (False, [[-1, 1, 0], *FACE], [[1, 1, 0], *FACE], 0.5),
+    (False, [[0, 1, 0], *FACE], [[-1, 1, 0], *FACE], None),
+    # two edges that cross in a point, part, or stay on each other
+    (True, [LEFT, RIGHT, BACK, FRONT], [[-1, 0, 2], [1, 0, 2], BACK, FRONT], None),
+    (True, [LEFT, RIGHT, BACK, FRONT], [LEFT, RIGHT, BACK, FRONT], 0.0),
+    (True, [Z, X, X, FAR], [Z, X, FAR, [4, 0, 0]], None),
+    (True, [Z, FAR, X, FAR], [Z, FAR, [2, 0, 0], [4, 0, 0]], 0.0),
+]
+
+
+@pytest.mark.parametrize(("is_edge_edge", "start", "end", "time"), AFTER_START)
+def test_meetings_after_the_start_are_those_worked_out_by_hand(is_edge_edge, start, end, time):
+    start, end = path(start, end)
+    assert first_meeting_after_start(is_edge_edge, start, end) == time
+    assert path_oracle.meets_after_start(is_edge_edge, start, end) is (time is not None)
+
+
+@pytest.mark.parametrize("is_edge_edge", [False, True])
+def test_meetings_after_the_start_agree_with_the_oracle(rng, is_edge_edge):
+    """Integer coordinates, most of them equal: every second pair touches at the start."""
+    touching = meeting = 0
+    for _ in range(600):
+        start, end = rng.integers(-1, 2, (2, 4, 3)).astype(float)
+        if rng.random() < 0.3:
+            start[0] = start[rng.integers(1, 4)]
+        time = first_meeting_after_start(is_edge_edge, start, end)
+        assert path_oracle.meets_after_start(is_edge_edge, start, end) is (time is not None)
+        first = first_meeting(is_edge_edge, start, end)
+        if first is None or first > 0.0:
+            assert time == first
+        touching += first == 0.0
+        meeting += first == 0.0 and time is None
+    assert touching > 100
+    assert meeting > 20
+
+
+def test_edges_go_through_faces_after_the_start_as_the_oracles_say(rng):
+    """Against the oracle, and at rest at a time close enough to 0."""
+    count = 0
+    for _ in range(600):
+        start, end = rng.integers(-1, 2, (2, 5, 3)).astype(float)
+        if rng.random() < 0.5:
+            start[0] = start[2:].mean(axis=0).round()
+        goes = crosses_after_start(start, end)
+        assert goes is path_oracle.goes_through_after_start(start, end)
+        soon = start * (1.0 - 2.0**-30) + end * 2.0**-30  # exact for these numbers
+        assert simplices_meet(soon[:2], soon[2:]) or not goes
+        count += goes
+    assert count > 20

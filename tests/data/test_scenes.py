@@ -132,9 +132,7 @@ def test_detection_finds_the_true_pairs_and_no_other(name, number):
     impacts = izo_ref.find_impacts(scene)
     found = own_scenes.pair_times(impacts.nodes, impacts.is_edge_edge, impacts.toi)
     expected = true_pairs(name, number)
-    left_out = set()
-    if scene.excluded is not None:
-        left_out = {own_scenes.pair_key(*pair) for pair in zip(*scene.excluded, strict=True)}
+    left_out = own_scenes.excluded_keys(scene.excluded)
     missed = expected.keys() - found.keys() - left_out
     false_alarms = found.keys() - expected.keys()
     assert not missed
@@ -150,14 +148,13 @@ def test_the_certificate_of_the_proposed_path_names_the_true_pairs(name, number)
     certificate = izo_ref.certify_path(scene, scene.positions_t1)
     meeting = {own_scenes.pair_key(*pair) for pair in zip(*certificate.meeting, strict=True)}
     expected = true_pairs(name, number)
-    if scene.excluded is None:
+    if certificate.excluded is None:
         assert meeting == expected.keys()
         assert certificate.free is not bool(expected)
         first = min(expected.values(), default=1.0)
         assert first - EARLY <= certificate.time_free <= first
     else:
-        left_out = {own_scenes.pair_key(*pair) for pair in zip(*scene.excluded, strict=True)}
-        assert meeting == expected.keys() - left_out
+        assert meeting == expected.keys() - own_scenes.excluded_keys(certificate.excluded)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -174,7 +171,9 @@ def test_resolve_gives_the_recorded_answer(name):
         free = answer["status"] != "BLOCKED"
         assert result.certificate.free is free
         assert (answer["pairs_that_meet_on_the_way_there"] == 0) is free
-        assert len(result.certificate.meeting_toi) == answer["pairs_that_meet_on_the_way_there"]
+        left_out = len(own_scenes.excluded_keys(result.certificate.excluded))
+        meeting = len(result.certificate.meeting_toi)
+        assert meeting + left_out == answer["pairs_that_meet_on_the_way_there"]
         np.testing.assert_array_equal(
             result.positions[scene.pinned], scene.positions_t1[scene.pinned]
         )
@@ -200,9 +199,18 @@ def test_the_blocked_scene_says_which_pinned_pairs_meet_and_when():
     assert len(pinned) == facts["vertex_face"] + facts["edge_edge"]
     first = own_scenes.pair_key(facts["first_nodes"], facts["first_is_edge_edge"])
     assert pinned[first] == min(pinned.values()) == pytest.approx(facts["first_time"], rel=1e-8)
+    assert 0.0 < result.time_free < 1.0
+    assert pinned.keys() == own_scenes.excluded_keys(result.certificate.excluded)
+    step = {name: getattr(scene, name) for name in ("positions_t0", "positions_t1", "faces")}
+    blocked = izo_ref.Scene(**step, pinned=scene.pinned, prescribed="block")
+    result = izo_ref.resolve(blocked, 1e-3)
+    assert result.status is izo_ref.Status.BLOCKED
     assert 0.0 < result.time_free <= pinned[first]
-    meeting = {own_scenes.pair_key(*pair) for pair in zip(*result.certificate.meeting, strict=True)}
+    certificate = result.certificate
+    meeting = {own_scenes.pair_key(*pair) for pair in zip(*certificate.meeting, strict=True)}
     assert pinned.keys() <= meeting
+    prescribed = certificate.meeting.nodes[certificate.meeting_prescribed]
+    assert scene.pinned[prescribed].all()
 
 
 def test_the_swapped_sheets_are_free_at_both_ends():

@@ -5,6 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base.options import RULES
+from izo_ref.base.records import PairState
 from izo_ref.detection.detector import Detector
 from tests.helpers.shapes import grid, two_sheets
 
@@ -101,7 +102,10 @@ def test_excluded_pairs_are_excluded_everywhere(shift, turn, order):
     assert len(izo_ref.find_impacts(scene).toi) == 0
     assert izo_ref.certify_path(scene, end[order]).free
     result = izo_ref.resolve(scene, 1e-3)
-    assert result.status is izo_ref.Status.FREE
+    assert result.status is izo_ref.Status.FREE_EXCEPT_EXCLUDED
+    assert result.certificate.excluded_ends.tolist() == [PairState.APART] * len(
+        scene.excluded.nodes
+    )
     assert len(result.impacts.toi) == 0
     np.testing.assert_array_equal(result.positions, end[order])
     scene.excluded = None  # without the list, the same pairs are found

@@ -15,7 +15,7 @@ from tests.naive.simplices import simplices_meet
 
 
 def expected_intersections(positions, edges, faces):
-    """Return the names and the pairs of all intersections, in order, by looking at all pairs."""
+    """Return the description and the pairs of all intersections, by looking at all pairs."""
 
     def meet(a, b):
         return not set(a) & set(b) and simplices_meet(positions[list(a)], positions[list(b)])
@@ -24,14 +24,32 @@ def expected_intersections(positions, edges, faces):
     crossing = [(e, f) for e in edges for f in faces if meet(e, f)]
     touching = [((v,), f) for v in range(len(positions)) for f in faces if meet((v,), f)]
     touching += [(a, b) for a, b in combinations(edges, 2) if meet(a, b)]
-    kinds = {1: "vertex", 2: "edge", 3: "face"}
-    names = [tuple(f"{kinds[len(s)]} {s}" for s in pair) for pair in crossing + touching]
-    pairs = {(len(a) == 2, *a, *b) for a, b in touching}
+    touching = [(len(a) == 2, *a, *b) for a, b in touching]
+    pairs, through = set(touching), []
     for edge, face in crossing:
-        pairs |= {(False, v, *face) for v in edge}
+        five = {(False, v, *face) for v in edge}
         sides = [tuple(sorted((face[k], face[(k + 1) % 3]))) for k in range(3)]
-        pairs |= {(True, *a, *b) for a, b in (sorted((edge, side)) for side in sides)}
-    return names, sorted(pairs)
+        five |= {(True, *a, *b) for a, b in (sorted((edge, side)) for side in sides)}
+        if five.isdisjoint(touching):
+            through.append(f"edge {edge} and face {face}")
+        pairs |= five
+    return through, touching, sorted(pairs)
+
+
+def description(through, touching, most):
+    """Return what is said of some intersections."""
+    said, touch = [], []
+    for is_edge_edge, a, b, c, d in touching[:most]:
+        sides = (f"edge ({a}, {b})", f"edge ({c}, {d})")
+        touch.append(" and ".join(sides if is_edge_edge else (f"vertex {a}", f"face {(b, c, d)}")))
+    if through:
+        count = "1 edge that goes" if len(through) == 1 else f"{len(through)} edges that go"
+        said.append(f"{count} through a face, the first: {'; '.join(through[:most])}")
+    if touching:
+        n = len(touching)
+        count = "1 pair that touches" if n == 1 else f"{n} pairs that touch"
+        said.append(f"{count}, the first: {'; '.join(touch)}")
+    return ", and ".join(said)
 
 
 def soup(rng, kind):
@@ -56,11 +74,10 @@ def test_all_intersections_are_found_in_order(rng, kind):
     for _ in range(6):
         positions, faces = soup(rng, kind)
         edges = edges_of(faces)
-        names, pairs = expected_intersections(positions, edges, faces)
+        through, touching, pairs = expected_intersections(positions, edges, faces)
         found = find_intersections(positions, edges, faces)
-        assert found.n_found == len(names)
-        assert found.describe(found.n_found) == names
-        assert found.describe(3) == names[:3]
+        for most in (3, 1000):
+            assert found.describe(most) == description(through, touching, most)
         got = found.pairs()
         rows = np.column_stack((got.is_edge_edge, got.nodes)).tolist()
         assert [tuple(row) for row in rows] == pairs

@@ -59,6 +59,13 @@ def pair_key(nodes, is_edge_edge):
     return nodes[0], tuple(sorted(nodes[1:]))
 
 
+def excluded_keys(excluded):
+    """Return the keys of excluded pairs, or of None."""
+    if excluded is None:
+        return set()
+    return {pair_key(*pair) for pair in zip(excluded.nodes, excluded.is_edge_edge, strict=True)}
+
+
 def pair_times(nodes, is_edge_edge, times) -> dict[Any, float]:
     """Return {key of the pair: time}, and check that no pair comes twice."""
     rows = zip(nodes, np.broadcast_to(is_edge_edge, len(nodes)), times, strict=True)

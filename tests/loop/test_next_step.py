@@ -132,7 +132,9 @@ def test_a_blocked_result_is_no_start():
     """Two pinned faces go through each other."""
     start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1.0]])
     end = start[[3, 4, 5, 0, 1, 2]]
-    step = izo_ref.Scene(start, end, [[0, 1, 2], [3, 4, 5]], pinned=np.ones(6, bool))
+    step = izo_ref.Scene(
+        start, end, [[0, 1, 2], [3, 4, 5]], pinned=np.ones(6, bool), prescribed="block"
+    )
     result = izo_ref.resolve(step, 1e-3)
     assert result.status is izo_ref.Status.BLOCKED
     with pytest.raises(errors.UncertifiedStartError, match="smaller step"):

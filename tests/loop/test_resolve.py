@@ -11,6 +11,7 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import errors
 from izo_ref.base.devices import require_gpu
+from izo_ref.base.records import Exclusion
 from tests.helpers.shapes import (
     falling_sheet,
     grid,
@@ -169,8 +170,10 @@ def test_pinned_sheets_that_meet_block_the_step():
     result = izo_ref.resolve(scene, 1e-3)
     assert result.status is Status.BLOCKED
     assert not result.certificate.free
-    meeting = result.certificate.meeting.nodes
-    assert scene.pinned[meeting].all(axis=1).any()
+    assert result.zone_statuses == [Status.BLOCKED] * len(result.zones)
+    excluded = result.certificate.excluded
+    assert scene.pinned[excluded.nodes].all(axis=1).all()
+    assert excluded.reasons.tolist() == [Exclusion.PRESCRIBED] * len(excluded.nodes)
     # The pinned sheets close the gap of 0.2 at t = 0.2 / 0.25.
     assert 0.0 < result.time_free <= 0.8 + 1e-12
     part = scene.positions_t0 + 0.999 * result.time_free * (result.positions - scene.positions_t0)

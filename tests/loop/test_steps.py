@@ -50,8 +50,8 @@ def check_that_it_ends_free(scene, result):
         assert residuals.solved(1e-9, 1e-9)
     np.testing.assert_array_equal(result.positions[scene.pinned], scene.positions_t1[scene.pinned])
     assert result.certificate.exact <= 1e-4 * result.certificate.candidates
-    path_facts, _ = judge.path(scene, result.positions)
-    end_facts, _ = judge.end(scene, result.positions)
+    path_facts, certificate = judge.path(scene, result.positions)
+    end_facts, _ = judge.end(certificate)
     facts = [fact for fact in path_facts + end_facts if not fact.answer.startswith("not asked")]
     assert [fact.by for fact in facts if not fact.passed] == []
 
@@ -94,7 +94,8 @@ def test_objectives_are_below_those_of_arcsim_in_the_geometric_mean():
 def test_no_judge_passes_the_proposed_positions():
     """Each of the four judges can fail a path."""
     scene = own_scenes.scene("mass-ratios")
-    facts = judge.path(scene, scene.positions_t1)[0] + judge.end(scene, scene.positions_t1)[0]
+    facts, certificate = judge.path(scene, scene.positions_t1)
+    facts += judge.end(certificate)[0]
     assert len(facts) == 4
     assert [fact.by for fact in facts if fact.passed] == []
 
@@ -120,6 +121,6 @@ def test_pinch_blocked_is_blocked_with_pairs_and_time(name):
     result = izo_ref.resolve(scene, THICKNESS)
     assert result.status is Status.BLOCKED
     assert 0.0 < result.time_free < 1.0
-    assert scene.pinned[result.certificate.meeting.nodes].all(axis=1).any()
+    assert scene.pinned[result.certificate.excluded.nodes].all(axis=1).any()
     part = scene.positions_t0 + 0.999 * result.time_free * (result.positions - scene.positions_t0)
     assert izo_ref.certify_path(scene, part).free

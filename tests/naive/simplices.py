@@ -44,8 +44,8 @@ def simplices_meet(
         points_a: Points of three coordinates each.
         points_b: Points of three coordinates each.
     """
-    columns = [[*map(Fraction, map(float, p)), Fraction(1), Fraction(0)] for p in points_a]
-    columns += [[*(-Fraction(float(v)) for v in p), Fraction(0), Fraction(1)] for p in points_b]
+    columns = [[*map(Fraction, p), Fraction(1), Fraction(0)] for p in points_a]
+    columns += [[*(-Fraction(v) for v in p), Fraction(0), Fraction(1)] for p in points_b]
     rhs = [Fraction(0)] * 3 + [Fraction(1)] * 2
     for size in range(2, len(columns) + 1):
         for subset in combinations(columns, size):

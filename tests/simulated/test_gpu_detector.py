@@ -7,7 +7,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base import gpu_arrays as arrays
-from izo_ref.base.records import Pairs
+from izo_ref.base.records import ExcludedPairs
 from izo_ref.detection import gpu_detector as detect
 from izo_ref.detection.trees import VertexBoxes
 from tests.helpers.shapes import two_sheets, vertex_over_face
@@ -37,7 +37,9 @@ def test_impacts_are_those_of_the_cpu(rng, name):
 def test_excluded_pairs_are_left_out(rng):
     scene = two_sheets(rng, 3)
     every = izo_ref.find_impacts(scene)
-    scene.excluded = Pairs(every.nodes[::2], every.is_edge_edge[::2])
+    scene.excluded = ExcludedPairs(
+        every.nodes[::2], every.is_edge_edge[::2], np.zeros(len(every.toi[::2]), np.int8)
+    )
     found = izo_ref.find_impacts(scene, device="cuda")
     assert len(found.toi) == len(every.toi) // 2
     assert np.array_equal(found.nodes, izo_ref.find_impacts(scene).nodes)

@@ -1,7 +1,5 @@
 """Crossings of a mesh at rest, as python-fcl reports them."""
 
-import re
-
 import numpy as np
 import pytest
 
@@ -134,8 +132,12 @@ def expected_pairs(positions, faces):
     found = find_intersections(positions, edges_of(faces), faces)
     corners = [set(face) for face in faces.tolist()]
     owners = []
-    for names in found.describe(found.n_found):
-        sides = [set(map(int, re.findall(r"\d+", name))) for name in names]
+    meeting = list(zip(found.crossing_edges, found.crossed_faces, strict=True))
+    for nodes, is_edge_edge in zip(*found.touching, strict=True):
+        split = 2 if is_edge_edge else 1
+        meeting.append((nodes[:split], nodes[split:]))
+    for pair in meeting:
+        sides = [set(side.tolist()) for side in pair]
         owners += [tuple([i for i, c in enumerate(corners) if side <= c] for side in sides)]
     pairs = {(min(i, j), max(i, j)) for a, b in owners for i in a for j in b if i != j}
     return sorted(map(list, pairs))

@@ -76,7 +76,7 @@ PATHS = [
     ),
     Fault(
         "scaled-back-called-optimal",
-        "izo_ref/loop/resolve.py",
+        "izo_ref/loop/verdict.py",
         "    valid = certificate.free and not scaled_back\n",
         "    valid = certificate.free\n",
         "A result that was scaled back may be called converged.",
@@ -84,7 +84,7 @@ PATHS = [
     ),
     Fault(
         "status-without-certificate",
-        "izo_ref/loop/resolve.py",
+        "izo_ref/loop/verdict.py",
         "    if not certificate.free:\n",
         "    if not (certificate.free or not scaled_back):\n",
         "A path that is not free is not called blocked.",
@@ -153,7 +153,7 @@ PATHS = [
     ),
     Fault(
         "root-at-one-lost",
-        "izo_ref/base/exact_path.py",
+        "izo_ref/base/algebraic.py",
         "    parts = [(0, 1, 1)]\n",
         "    parts = [(0, 2**60 - 1, 2**60)]\n",
         "Exact arithmetic looks for roots in [0, 1), so pairs that meet at the end are lost.",
@@ -179,7 +179,7 @@ PATHS = [
     ),
     Fault(
         "common-roots-not-recognised",
-        "izo_ref/base/exact_path.py",
+        "izo_ref/base/algebraic.py",
         "            if len(common) > 1:\n",
         "            if len(common) > 4:\n",
         "A sign that is zero at an algebraic time is searched for by halving the interval.",
@@ -188,7 +188,7 @@ PATHS = [
     ),
     Fault(
         "nearly-zero-is-zero",
-        "izo_ref/base/exact_path.py",
+        "izo_ref/base/algebraic.py",
         "            common = common_divisor(time.polynomial, poly)\n",
         "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
         "A sign that is not certain on a narrow interval counts as zero.",
@@ -196,7 +196,7 @@ PATHS = [
     ),
     Fault(
         "meeting-time-rounded-up",
-        "izo_ref/base/exact_path.py",
+        "izo_ref/base/algebraic.py",
         "    number = Fraction(time.low, time.unit)\n",
         "    number = Fraction(time.high, time.unit)\n",
         "The time of a meeting may be given too late.",
@@ -221,7 +221,7 @@ PATHS = [
     Fault(
         "excluded-pairs-stay-excluded",
         "izo_ref/scene.py",
-        "        if self.excluded is not None:\n",
+        "        if result.certificate.excluded is not None:\n",
         "        if False:\n",
         "Pairs that came apart stay excluded in the next step, and others are never excluded.",
         (NEXT_STEP,),

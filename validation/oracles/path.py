@@ -219,8 +219,14 @@ def _coplanar_hulls_meet(
     return True
 
 
-def _meetings(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> Iterator[_Root]:
-    """Yield times at which the pair meets; the first of all is among them, if there is one."""
+def _meetings(
+    is_edge_edge: bool, start: ArrayLike, end: ArrayLike, after_start: bool = False
+) -> Iterator[_Root]:
+    """Yield times at which the pair meets; the first of all is among them, if there is one.
+
+    With `after_start`, the time 0 itself does not count. If the pair meets at all times close
+    enough to 0, one of these is yielded.
+    """
     nodes = _nodes(start, end)
     split = 2 if is_edge_edge else 1
     dependences = list(_dependences(nodes[:split], nodes[split:]))
@@ -230,9 +236,25 @@ def _meetings(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> Iterator[
         watched = [volume]
     else:  # the nodes are coplanar all the time; the root of TIME is t = 0
         watched = [TIME, *(q for group in dependences + differences for q in group if q != 0)]
-    for root in _roots_on_path(watched):
+    roots = list(_roots_on_path(watched))
+    if after_start:
+        roots = [root for root in roots if root.high > 0]
+        if volume == 0:
+            roots.append(_soon(roots))
+    for root in roots:
         if _coplanar_hulls_meet(root, dependences, differences):
             yield root
+
+
+def _soon(roots: list[_Root]) -> _Root:
+    """Return a rational time after 0, before some roots that are after 0."""
+    bits = FIRST_BITS
+    for root in roots:
+        while root.low <= 0:
+            root.refine(bits)
+            bits *= 2
+    time = min([fmpq(1), *(root.low for root in roots)]) / 2
+    return _Root(fmpz_poly([-int(time.p), int(time.q)]), time, time)
 
 
 def meets(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> bool:
@@ -248,6 +270,43 @@ def meets(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> bool:
         ValueError: A shape is wrong or a number is not finite.
     """
     return any(True for _ in _meetings(is_edge_edge, start, end))
+
+
+def meets_after_start(is_edge_edge: bool, start: ArrayLike, end: ArrayLike) -> bool:
+    """Return whether the two sides of a pair have a common point at some time in (0, 1].
+
+    Args:
+        is_edge_edge: As for `meets`.
+        start: As for `meets`.
+        end: As for `meets`.
+
+    Raises:
+        ValueError: A shape is wrong or a number is not finite.
+    """
+    return any(True for _ in _meetings(is_edge_edge, start, end, after_start=True))
+
+
+def goes_through_after_start(start: ArrayLike, end: ArrayLike) -> bool:
+    """Return whether an edge goes through the inside of a face at all times close enough to 0.
+
+    It does if, at a time before every root after 0 of the five volumes below, its ends are strictly
+    on different sides of the plane of the face, and the three edges of the face turn the same way
+    around its line.
+
+    Args:
+        start: (5, 3) float64, the ends of the edge and the corners of the face at t = 0.
+        end: (5, 3) float64, the same at t = 1.
+    """
+    integers = _integers(np.array([start, end], np.float64).ravel())
+    lines = [fmpz_poly([a, b - a]) for a, b in zip(integers[:15], integers[15:], strict=True)]
+    p, q, a, b, c = (lines[3 * i : 3 * i + 3] for i in range(5))
+    ends = _volume(a, b, c, p), _volume(a, b, c, q)
+    turns = _volume(p, q, a, b), _volume(p, q, b, c), _volume(p, q, c, a)
+    if any(volume == 0 for volume in (*ends, *turns)):
+        return False
+    soon = _soon([root for root in _roots_on_path((*ends, *turns)) if root.high > 0]).low
+    sides = [volume(soon) > 0 for volume in ends]
+    return sides[0] != sides[1] and len({volume(soon) > 0 for volume in turns}) == 1
 
 
 def first_meeting(

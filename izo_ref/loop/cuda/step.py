@@ -11,12 +11,13 @@ from izo_ref.base.arrays import (
     Masses,
     Multipliers,
     Nodes,
+    Normals,
     Offsets,
     Positions,
     Weights,
 )
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.zones.serial.selection import is_prescribed
+from izo_ref.zones.serial.selection import is_hopeful, is_prescribed
 
 
 @cuda_kernel
@@ -56,16 +57,19 @@ def flag_impacts_to_solve(
 @cuda_kernel
 def flag_hopeful_impacts(
     # In:
+    positions: Positions,  # (n_vertices, 3) f8  [m]
     nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
     stuck: Flags,  # (n_vertices,) b1
+    thickness: float,  # f8  [m]
     # Out:
     hopeful_out: Flags,  # (n_impacts,) b1
 ) -> None:
-    """Mark the impacts without a vertex of a zone that no positions satisfy."""
+    """Mark the impacts that a solver could mend."""
     j = cuda.grid(1)
     if j < nodes.shape[0]:
-        either = stuck[nodes[j, 0]] or stuck[nodes[j, 1]]
-        hopeful_out[j] = not (either or stuck[nodes[j, 2]] or stuck[nodes[j, 3]])
+        hopeful_out[j] = is_hopeful(j, positions, nodes, weights, normals, stuck, thickness)
 
 
 @cuda_kernel

@@ -1,6 +1,6 @@
 """Select the impacts that enter the zones."""
 
-from izo_ref.base.arrays import Flags, Indices, Nodes, Weights
+from izo_ref.base.arrays import Flags, Indices, Nodes, Normals, Positions, Weights
 from izo_ref.base.compile import compiled
 
 
@@ -68,3 +68,62 @@ def prescribed_impacts(
     """Mark the impacts that are between pinned points."""
     for j in range(nodes.shape[0]):
         prescribed_out[j] = is_prescribed(j, nodes, weights, pinned)
+
+
+# The gap of an impact in a solved zone may fall short of the thickness by this fraction of it. A
+# solver leaves a violation of 1e-9 of the thickness.
+SHORTFALL = 1e-6
+
+
+@compiled
+def is_hopeful(
+    j: int,
+    positions: Positions,
+    nodes: Nodes,
+    weights: Weights,
+    normals: Normals,
+    stuck: Flags,
+    thickness: float,
+) -> bool:
+    """Return whether a solver could mend impact j if it entered the zones.
+
+    It cannot if a vertex is in a zone that no positions satisfy. It cannot either if the frozen gap
+    of the impact is as large as the thickness already: the new constraint would not change
+    anything. That happens if rounding cannot tell whether a pair is apart, and if the impact is in
+    the zones.
+
+    Args:
+        j: Index of the impact.
+        positions: (n_vertices, 3) f8 [m], end positions of the path on which it was found.
+        nodes: (n_impacts, 4) i4.
+        weights: (n_impacts, 4) f8.
+        normals: (n_impacts, 3) f8.
+        stuck: (n_vertices,) b1.
+        thickness: Distance that impacts keep at the end [m].
+    """
+    first, gap = nodes[j, 0], 0.0
+    for k in range(4):
+        node = nodes[j, k]
+        if stuck[node]:
+            return False
+        # the weights add up to zero, so positions relative to a node give the same gap
+        along = 0.0
+        for axis in range(3):
+            along += normals[j, axis] * (positions[node, axis] - positions[first, axis])
+        gap += weights[j, k] * along
+    return gap < thickness * (1.0 - SHORTFALL)
+
+
+@compiled
+def hopeful_impacts(
+    positions: Positions,  # (n_vertices, 3) f8 [m]
+    nodes: Nodes,  # (n_impacts, 4) i4
+    weights: Weights,  # (n_impacts, 4) f8
+    normals: Normals,  # (n_impacts, 3) f8
+    stuck: Flags,  # (n_vertices,) b1
+    thickness: float,  # f8 [m]
+    hopeful_out: Flags,  # (n_impacts,) b1
+) -> None:
+    """Mark the impacts that a solver could mend."""
+    for j in range(nodes.shape[0]):
+        hopeful_out[j] = is_hopeful(j, positions, nodes, weights, normals, stuck, thickness)

@@ -1,0 +1,245 @@
+"""Tell on which side of each other the two sides of a touching pair are, exactly.
+
+A pair that touches at the start may leave its contact on either side, unless the mesh tells which
+one: the faces around the contact are then on the two sides of a plane through it.
+
+**Features.** The contact of a pair is a point of one feature of each side: a vertex, the inside of
+an edge, or the inside of a face. Two edges on one line may share more than a point; their features
+are then the whole edges.
+
+**Stars.** The star of a feature are the faces around it: those that contain all of its vertices.
+Near the contact, the surface of a side is its star.
+
+**Planes.** Let n be orthogonal to both features. The plane through the contact with this normal
+separates the stars if the corners of the first one have n . x >= 0, and those of the second one
+n . x <= 0, relative to the contact. It tells a side if not all of these numbers are zero. The
+normals that separate form a cone, whose extreme rays are orthogonal to two of these corners, or to
+a corner and a feature. So the candidates are the cross products of all of them. If everything is in
+one plane, they are the directions in it that are orthogonal to a corner. Where several candidates
+tell a side, so does the sum of their unit vectors, which is farther from both stars: two faces of a
+ball that touch along an edge are pushed apart within the surface.
+
+**Crossing.** If the features alone determine the plane, which is so for a vertex inside a face and
+for two edges that are not parallel, and the plane does not separate the stars, then the surfaces go
+through each other at the contact.
+
+All coordinates are integers, by one power of two for the mesh, so nothing below is rounded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from enum import Enum
+from fractions import Fraction
+from itertools import combinations, product
+from math import hypot
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from izo_ref.base.arrays import Faces, Floats, Nodes, Positions
+
+Point: TypeAlias = tuple[int, int, int]
+Feature: TypeAlias = tuple[int, ...]  # vertices: one, the two of an edge, or the three of a face
+
+NOWHERE: Point = (0, 0, 0)  # the zero vector
+
+# Bits of the largest coordinate of a normal that are kept when it becomes a unit vector. Its length
+# then neither overflows nor underflows.
+KEPT_BITS = 64
+
+
+class Side(Enum):
+    """What the mesh tells about a pair that touches."""
+
+    TOLD = 0  # the first side is on the side of `normal`
+    UNTOLD = 1
+    CROSSING = 2  # the surfaces go through each other
+
+
+class Contact(NamedTuple):
+    """Where the two sides of a pair touch.
+
+    Attributes:
+        first: The feature of the first side that holds the point of contact.
+        second: The feature of the second side.
+        weights: Four weights of the point, positive on the first side, negative on the second.
+    """
+
+    first: Feature
+    second: Feature
+    weights: list[Fraction]
+
+
+class Sides:
+    """Tells the sides of pairs of a mesh that touch at rest.
+
+    Args:
+        positions: (n_vertices, 3) f8, finite.
+        faces: (n_faces, 3) i4.
+        nodes: (n, 4) i4, the nodes of all pairs that will be asked about.
+    """
+
+    def __init__(self, positions: Positions, faces: Faces, nodes: Nodes) -> None:
+        """Collect the faces around the nodes."""
+        touched = np.zeros(len(positions), bool)
+        touched[nodes] = True
+        self._faces_at: dict[int, list[Feature]] = {}
+        for row in faces[touched[faces].any(axis=1)].tolist():
+            for vertex in row:
+                self._faces_at.setdefault(vertex, []).append(tuple(row))
+        self._positions = positions
+        exponents = np.frexp(positions[positions != 0.0])[1]
+        self._shift = 53 - int(exponents.min(initial=0))  # makes all coordinates integers
+        self._points: dict[int, Point] = {}
+        self._answers: dict[tuple[Feature, Feature], tuple[Side, Floats]] = {}
+
+    def contact(self, is_edge_edge: bool, nodes: list[int]) -> Contact | None:
+        """Return where a pair touches, or None if a side is degenerate.
+
+        Args:
+            is_edge_edge: True for two edges, False for a vertex and a face.
+            nodes: The four nodes of a pair that touches.
+        """
+        points = [self._point(node) for node in nodes]
+        weights = (_edge_edge_weights if is_edge_edge else _vertex_face_weights)(*points)
+        if weights is None:
+            return None
+        split = 2 if is_edge_edge else 1
+        used = [node for node, weight in zip(nodes, weights, strict=True) if weight]
+        first = tuple(node for node in used if node in nodes[:split])
+        return Contact(first, tuple(node for node in used if node in nodes[split:]), weights)
+
+    def side(self, contact: Contact) -> tuple[Side, Floats]:
+        """Return what the mesh tells about a contact, and the normal, (3,) f8.
+
+        The normal is a unit vector from the second side to the first one if a side is told, else
+        zero.
+        """
+        features = contact.first, contact.second
+        if features not in self._answers:
+            self._answers[features] = self._decide(*features)
+        return self._answers[features]
+
+    def _point(self, vertex: int) -> Point:
+        if vertex not in self._points:
+            row = [float(x).as_integer_ratio() for x in self._positions[vertex]]
+            x, y, z = (n << self._shift >> (d.bit_length() - 1) for n, d in row)
+            self._points[vertex] = x, y, z
+        return self._points[vertex]
+
+    def _decide(self, first: Feature, second: Feature) -> tuple[Side, Floats]:
+        """Return what the stars of two features tell, and the unit normal."""
+        star, other = self._star(first), self._star(second)
+        own = self._own_normal(first, second)
+        candidates = self._normals(first, second, star, other) if own is None else [own]
+        told, all_flat = np.zeros(3), True
+        for normal in candidates:
+            signs = [_sign(_dot(normal, v)) for v in star]
+            others = [_sign(_dot(normal, v)) for v in other]
+            if not (any(signs) or any(others)):
+                continue
+            all_flat = False
+            if min(signs, default=0) >= 0 >= max(others, default=0):
+                told += unit_vector(normal)
+            elif max(signs, default=0) <= 0 <= min(others, default=0):
+                told -= unit_vector(normal)
+        if told.any():
+            return Side.TOLD, told / np.linalg.norm(told)
+        crossing = own is not None and not all_flat
+        return Side.CROSSING if crossing else Side.UNTOLD, told
+
+    def _star(self, feature: Feature) -> list[Point]:
+        """Return the other corners of the faces around a feature, relative to its first vertex."""
+        corners = {corner for face in self._faces_around(feature) for corner in face}
+        return [self._edge(feature[0], corner) for corner in sorted(corners - set(feature))]
+
+    def _own_normal(self, first: Feature, second: Feature) -> Point | None:
+        """Return the normal that the features determine; None if they leave more than one."""
+        if len(second) == 3:
+            return _cross(self._edge(second[0], second[1]), self._edge(second[0], second[2]))
+        if len(first) == len(second) == 2:
+            normal = _cross(self._edge(*first), self._edge(*second))
+            return None if normal == NOWHERE else normal
+        return None
+
+    def _normals(
+        self, first: Feature, second: Feature, star: list[Point], other: list[Point]
+    ) -> Iterator[Point]:
+        """Yield the directions that are orthogonal to both features and may separate the stars."""
+        edges = [self._edge(*feature) for feature in (first, second) if len(feature) == 2]
+        corners = star + other
+        # every normal is orthogonal to a feature that is an edge
+        pairs = product(edges[:1], corners) if edges else combinations(corners, 2)
+        normals = [normal for normal in (_cross(u, v) for u, v in pairs) if normal != NOWHERE]
+        if not normals:
+            return
+        plane = normals[0]
+        if not any(_dot(plane, v) for v in edges + corners):
+            normals = [_cross(plane, v) for v in (edges or corners)]
+        for normal in normals:
+            if not any(_dot(normal, edge) for edge in edges):
+                yield normal
+
+    def _faces_around(self, feature: Feature) -> list[Feature]:
+        around = self._faces_at.get(feature[0], [])
+        return [face for face in around if set(feature) <= set(face)]
+
+    def _edge(self, a: int, b: int) -> Point:
+        return _minus(self._point(b), self._point(a))
+
+
+def unit_vector(normal: Point) -> Floats:
+    """Return the unit vector of a vector of integers that is not zero, however large they are."""
+    excess = max(0, max(map(abs, normal)).bit_length() - KEPT_BITS)
+    x, y, z = (float(c >> excess) for c in normal)
+    return np.array((x, y, z)) / hypot(x, y, z)
+
+
+def _vertex_face_weights(v: Point, a: Point, b: Point, c: Point) -> list[Fraction] | None:
+    """Return the weights of a vertex that is in its face; None if the face has no area."""
+    normal = _cross(_minus(b, a), _minus(c, a))
+    if normal == NOWHERE:
+        return None
+    whole = _dot(normal, normal)
+    to_a, to_b, to_c = _minus(a, v), _minus(b, v), _minus(c, v)
+    areas = (_dot(normal, _cross(x, y)) for x, y in ((to_b, to_c), (to_c, to_a), (to_a, to_b)))
+    return [Fraction(1), *(Fraction(-area, whole) for area in areas)]
+
+
+def _edge_edge_weights(p: Point, q: Point, r: Point, s: Point) -> list[Fraction] | None:
+    """Return the weights of a point that two edges share; None if an edge has no length.
+
+    If the edges have a line in common, it is the middle of the part that they share.
+    """
+    u, w = _minus(q, p), _minus(s, r)
+    if NOWHERE in (u, w):
+        return None
+    normal = _cross(u, w)
+    if normal != NOWHERE:
+        whole, between = _dot(normal, normal), _minus(r, p)
+        along_u = Fraction(_dot(_cross(between, w), normal), whole)
+        along_w = Fraction(_dot(_cross(between, u), normal), whole)
+    else:
+        length_sq = _dot(u, u)
+        ends = [Fraction(_dot(_minus(x, p), u), length_sq) for x in (r, s)]
+        low, high = max(Fraction(0), min(ends)), min(Fraction(1), max(ends))
+        along_u = (low + high) / 2
+        along_w = (along_u - ends[0]) / (ends[1] - ends[0])
+    return [1 - along_u, along_u, along_w - 1, -along_w]
+
+
+def _minus(a: Point, b: Point) -> Point:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+def _dot(a: Point, b: Point) -> int:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Point, b: Point) -> Point:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _sign(number: int) -> int:
+    return (number > 0) - (number < 0)
