@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Edges, Faces, Flags, Indices, Masses, Positions
+from izo_ref.base.arrays import AnyArray, Edges, Faces, Flags, Indices, Masses, Positions
 from izo_ref.base.devices import copy_to_cpu, detach, is_on_gpu
 from izo_ref.base.errors import (
-    DegenerateFaceError,
     InitialIntersectionError,
     MassError,
     UncertifiedStartError,
 )
 from izo_ref.base.records import Components, ExcludedPairs, Exclusion, TouchingPairs, TreeOrders
+from izo_ref.detection import weld as welding
+from izo_ref.detection.coincident import find_coincident
 from izo_ref.detection.components import MeshComponents
 from izo_ref.detection.intersections import find_intersections
 from izo_ref.detection.mesh import edges_of
@@ -68,14 +69,27 @@ class Scene:
         prescribed: What to do with pairs between pinned points that meet, which no positions of
             other vertices can prevent. `exclude`: leave them out, and resolve everything else.
             `block`: the step is then blocked.
+        weld: Whether vertices that coincide are one vertex, as exporters write them along seams of
+            a texture: None if they are not, or how far apart they may be [m], at the start and at
+            the end; 0 if they coincide exactly. A chain of such vertices is one vertex too. The
+            lowest vertex represents the others, which are its copies. It has the sum of their
+            masses, and is pinned if one of them is. With `weld` > 0, all start and end where the
+            lowest pinned vertex does, or else the lowest one; a chain must not lead farther than
+            `weld` from it.
 
     Attributes:
         positions_t0: (n, 3) f8 [m], start of the step.
         positions_t1: (n, 3) f8 [m], proposed end of the step.
-        faces: (m, 3) i4.
+        faces: (m, 3) i4. If vertices are welded, faces name no copies; faces that became edges of
+            other faces, or equal to a face before them, are left out.
         edges: (k, 2) i4, each edge once, the lower vertex first, sorted.
-        masses: (n,) f8 [kg]; 1 for pinned vertices whose mass was not positive and finite.
-        pinned: (n,) b1.
+        masses: (n,) f8 [kg]; 1 for pinned vertices whose mass was not positive and finite; 0 for
+            copies.
+        pinned: (n,) b1, also True for the copies of a pinned vertex.
+        weld: As passed in [m].
+        copies: (n,) i8, the vertex that each vertex is a copy of, which is the vertex itself for
+            those that are no copies; None if no vertices are welded.
+        unwelded: `{name: array}` of the arguments that welding changed, as they were before.
         excluded: `ExcludedPairs` that are left out because of where they are at the start, or
             None.
         touching: `TouchingPairs` that touch at the start and keep to their side, or None.
@@ -90,9 +104,12 @@ class Scene:
         ShapeError: An array has the wrong shape or type.
         NonFiniteError: A position or a mass is NaN or infinite.
         IndexRangeError: A face has an index of no vertex.
-        DegenerateFaceError: A face has the same vertex twice.
+        DegenerateFaceError: A face has the same vertex twice, or welding turns it into an edge
+            that no other face has.
         MassError: A mass is zero or negative.
-        OptionError: `initial_intersections` or `prescribed` has another value.
+        WeldError: `weld` joins vertices by a chain that is longer than `weld`, or joins many more
+            vertices than copies.
+        OptionError: `initial_intersections`, `prescribed` or `weld` has another value.
         InitialIntersectionError: The mesh intersects itself at the start. The error holds the
             pairs.
         DeviceUnavailableError: An array is on a GPU that cannot be used.
@@ -108,6 +125,7 @@ class Scene:
         *,
         initial_intersections: str = "raise",
         prescribed: str = "exclude",
+        weld: float | None = None,
     ) -> None:
         """Check and copy the arrays of a step; the class says what they are."""
         checks.choice("initial_intersections", initial_intersections, INITIAL_INTERSECTIONS)
@@ -117,17 +135,23 @@ class Scene:
         self.positions_t0: Positions = self._take_positions("positions_t0", positions_t0)
         n = len(self.positions_t0)
         self.positions_t1: Positions = self._take_positions("positions_t1", positions_t1, n)
-        self.faces: Faces = checks.indices("faces", copy_to_cpu("faces", faces), 3, n)
-        _require_distinct_corners(self.faces)
+        self.faces: Faces = checks.faces(copy_to_cpu("faces", faces), n)
         self.pinned: Flags = np.zeros(n, bool) if pinned is None else _take_pinned(pinned, n)
+        self.weld: float | None = checks.weld(weld)
+        self.copies: Indices | None = None
+        self.unwelded: dict[str, AnyArray] = {}
+        if self.weld is not None:
+            self._weld(self.weld)
         self.masses: Masses = np.ones(n)
         self._has_no_mass: Flags = np.zeros(n, bool)
-        if masses is not None:
-            self._take_masses(masses)
+        if masses is not None or self.copies is not None:
+            self._take_masses(1.0 if masses is None else masses)
         self.edges: Edges = edges_of(self.faces)
-        self.components: Components = MeshComponents(n, self.faces)
+        self.components: Components = MeshComponents(
+            n, welding.joined_faces(self.faces, self.copies)
+        )
         self._steps_kept = 0  # since the elements were sorted for the trees
-        self.tree_orders: TreeOrders = tree_orders(self.positions_t0, self.edges, self.faces)
+        self.tree_orders: TreeOrders = self._sort_elements()
         self.excluded: ExcludedPairs | None = None
         self.touching: TouchingPairs | None = None
         self._check_start()
@@ -148,6 +172,9 @@ class Scene:
         only pairs that were excluded before, or are between pinned vertices. All others were
         certified apart at the end, so the set of excluded pairs never grows.
 
+        The vertices that are welded stay so. The proposed positions of copies may be as far from
+        those of their vertex as `weld` says.
+
         Args:
             result: What `resolve` returned for this scene, with a path that is certified free.
             positions_t1: (n, 3) [m], proposed positions at the end of the next step.
@@ -167,30 +194,64 @@ class Scene:
             MassError: A mass is zero or negative, or a vertex is set free that has none.
             InitialIntersectionError: Pairs were left out, and the next start intersects itself,
                 with `initial_intersections="raise"`.
+            WeldError: A copy is proposed to end elsewhere than its vertex.
             DeviceUnavailableError: An array is on a GPU that cannot be used.
         """
         start = _certified_end(self, result).copy()  # numba compiles anew for read-only arrays
         masses = self.masses if masses is None else masses
-        pinned = self.pinned if pinned is None else pinned
-        if result.certificate.excluded is not None:
-            return self._after_exclusion(start, positions_t1, masses, pinned)
         scene, n = copy.copy(self), len(start)
-        scene.on_gpu, scene.touching = {}, None
+        scene.on_gpu, scene.unwelded = {}, self.unwelded.copy()
+        scene.excluded = scene.touching = None
         scene.positions_t0 = start
         scene.positions_t1 = scene._take_positions("positions_t1", positions_t1, n)
-        scene.pinned = pinned if pinned is self.pinned else _take_pinned(pinned, n)
+        kept = self.unwelded.get("pinned", self.pinned)
+        scene.pinned = kept if pinned is None else _take_pinned(pinned, n)
+        if scene.copies is not None:
+            scene._weld_paths(scene.copies, scene.weld or 0.0)
         if masses is not self.masses:
             scene._take_masses(masses)
         scene._require_masses()
         scene._steps_kept += 1
         if scene._steps_kept % KEPT_STEPS == 0:
-            scene.tree_orders = tree_orders(start, self.edges, self.faces)
+            scene.tree_orders = scene._sort_elements()
+        if result.certificate.excluded is not None:
+            scene._check_start()
+            if self.initial_intersections == "ratchet":
+                scene._keep_excluded(self.excluded)
         return scene
+
+    def _weld(self, tolerance: float) -> None:
+        """Find the vertices that are one vertex, and make the others its copies."""
+        copies = welding.find_copies(self.positions_t0, self.positions_t1, self.pinned, tolerance)
+        if copies is None:
+            return
+        self.copies, self.unwelded["faces"] = copies, self.faces
+        self.positions_t0 = self.positions_t0[welding.leaders_of(copies, self.pinned)]
+        self.faces = welding.welded_faces(self.faces, copies)
+        self._weld_paths(copies, tolerance)
+
+    def _weld_paths(self, copies: Indices, tolerance: float) -> None:
+        """Let the vertices of each group end at one place, and be pinned if one of them is."""
+        leaders = welding.leaders_of(copies, self.pinned)
+        welding.require_together("positions_t1", self.positions_t1, leaders, tolerance)
+        self.positions_t1 = self.positions_t1[leaders]
+        if tolerance > 0.0:
+            self.on_gpu = {}  # the vertices of a group are at different places there
+        self.unwelded["pinned"] = self.pinned
+        self.pinned = welding.pinned_groups(self.pinned, copies)
+
+    def _sort_elements(self) -> TreeOrders:
+        """Sort the elements at the start for the trees; copies enter none."""
+        orders = tree_orders(self.positions_t0, self.edges, self.faces)
+        return welding.without_copies(orders, self.copies)
 
     def _take_masses(self, masses: Any) -> None:
         """Check and copy masses; those of pinned vertices become 1 kg if they are no masses."""
         n = len(self.pinned)
         self.masses = checks.masses(copy_to_cpu("masses", detach(masses)), n, self.pinned)
+        if self.copies is not None:
+            self.unwelded["masses"] = np.where(np.isnan(self.masses), 1.0, self.masses)
+            self.masses = welding.summed_masses(self.masses, self.copies)
         self._has_no_mass = np.isnan(self.masses)
         self.masses[self._has_no_mass] = 1.0
 
@@ -210,22 +271,14 @@ class Scene:
             self.on_gpu[name] = (positions, None)
         return checks.floats(name, copy_to_cpu(name, positions), (n, 3))
 
-    def _after_exclusion(
-        self, start: Positions, positions_t1: Any, masses: Any, pinned: Any
-    ) -> Scene:
-        """Return the next step if pairs were left out of this one."""
-        modes = {
-            "initial_intersections": self.initial_intersections,
-            "prescribed": self.prescribed,
-        }
-        scene = Scene(start, positions_t1, self.faces, masses, pinned, **modes)
-        found = scene.excluded
-        if self.initial_intersections == "ratchet" and found is not None:
-            before = set() if self.excluded is None else set(pair_keys(self.excluded))
+    def _keep_excluded(self, before: ExcludedPairs | None) -> None:
+        """Leave out only pairs that were left out before, or are between pinned vertices."""
+        found = self.excluded
+        if found is not None:
+            keys = set() if before is None else set(pair_keys(before))
             kept = found.reasons == Exclusion.PRESCRIBED
-            kept |= [key in before for key in pair_keys(found)]
-            scene.excluded = found.take(kept) if kept.any() else None
-        return scene
+            kept |= [key in keys for key in pair_keys(found)]
+            self.excluded = found.take(kept) if kept.any() else None
 
     def _check_start(self) -> None:
         """Find the pairs that intersect at the start, and sort them, or raise an error."""
@@ -237,10 +290,14 @@ class Scene:
         if self.initial_intersections == "raise":
             rest = found if prescribed is None else found.unprescribed(prescribed)
             if rest.n_found:
+                pairs = rest.pairs()
+                mesh = self.positions_t0, self.positions_t1, self.faces
+                coincident = find_coincident(*mesh, pairs)
+                lead = f"{coincident}Expected" if coincident.groups else "expected"
                 raise InitialIntersectionError(
-                    "positions_t0: expected a mesh without intersections, found "
+                    f"positions_t0: {lead} a mesh without intersections, found "
                     f"{rest.describe(SHOWN)}. {RATCHET}",
-                    rest.pairs(),
+                    pairs,
                 )
         self.excluded, self.touching = sort_start(self.positions_t0, self.faces, found, prescribed)
 
@@ -278,14 +335,3 @@ def _certified_end(scene: Scene, result: Any) -> Positions:
             "before you change them, or pass them to a new Scene, which checks its start in full."
         )
     return certificate.positions
-
-
-def _require_distinct_corners(faces: Faces) -> None:
-    a, b, c = faces.T
-    repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
-    if len(repeated):
-        first = repeated[0]
-        raise DegenerateFaceError(
-            f"faces: expected three different vertices each, found {len(repeated)} with a "
-            f"repeated one, the first face {first}: {faces[first].tolist()}"
-        )

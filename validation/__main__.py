@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from izo_ref.app.files import check_outputs, check_writable, replacing, save_json
+from izo_ref.app.flags import add_scene_flags, scene_modes, with_flags
 from izo_ref.base.errors import IzoError
-from izo_ref.scene import INITIAL_INTERSECTIONS, PRESCRIBED
 from validation import json_rows
 from validation.limits import Limits
 from validation.provenance import made_by
@@ -44,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"validation: {error}; run: pip install -e .[validation]", file=sys.stderr)
         return BAD_INPUT
     except IzoError as error:
-        print(f"validation: {type(error).__name__}: {error}", file=sys.stderr)
+        print(f"validation: {type(error).__name__}: {with_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT
 
 
@@ -58,7 +58,7 @@ def _check(args: Namespace) -> int:
         args.step,
         args.result,
         args.thickness,
-        {"initial_intersections": args.initial_intersections, "prescribed": args.prescribed},
+        scene_modes(args),
         _say,
         args.known,
         Limits(args.seconds, int(args.gib * 2**30)),
@@ -292,18 +292,7 @@ def _add_check(commands: "Subparsers") -> None:
     sub.add_argument("--html", metavar="F", help=help_)
     help_ = "other results, whose objectives are compared"
     sub.add_argument("--known", nargs="*", default=(), metavar="OUT.npz", help=help_)
-    sub.add_argument(
-        "--initial-intersections",
-        choices=INITIAL_INTERSECTIONS,
-        default="raise",
-        help="what to do with pairs that touch or cross at the start; see `izo resolve --help`",
-    )
-    sub.add_argument(
-        "--prescribed",
-        choices=PRESCRIBED,
-        default="exclude",
-        help="what to do with pairs that meet between pinned points; see `izo resolve --help`",
-    )
+    add_scene_flags(sub)
     limits = Limits()
     sub.add_argument(
         "--seconds",

@@ -155,7 +155,7 @@ def check_files(
     step: FilePath,
     result: FilePath | None = None,
     thickness: float | None = None,
-    modes: Mapping[str, str] | None = None,
+    modes: Mapping[str, Any] | None = None,
     say: SayFact | None = None,
     known: Iterable[FilePath] = (),
     limits: Limits = DEFAULT,
@@ -166,7 +166,7 @@ def check_files(
         step: File of the step.
         result: File of the result; None judges the result of `izo_ref.resolve`.
         thickness: [m], as for `check`.
-        modes: `initial_intersections` and `prescribed`, as for `Scene`; its defaults if None.
+        modes: Keyword arguments of `Scene`, such as `prescribed`; its defaults if None.
         say: As for `check`.
         known: Files of other results.
         limits: As for `check`.

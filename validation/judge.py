@@ -12,7 +12,7 @@ import numpy as np
 
 from izo_ref.app.summary import excluded_line
 from izo_ref.base.arrays import AnyInts, Positions
-from izo_ref.base.records import ExcludedPairs, TouchingPairs
+from izo_ref.base.records import ExcludedPairs, SceneArrays, TouchingPairs
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
 from izo_ref.zones.objective import objective
@@ -136,7 +136,9 @@ def _path_by_others(certificate: PathCertificate) -> tuple[str, bool]:
     """
     scene, positions = certificate.scene, certificate.positions
     start = scene.positions_t0
-    nodes, kinds, _, complete = ipc.path_hits(start, positions, scene.edges, scene.faces, HITS)
+    own, edges, faces = _without_copies(scene)
+    nodes, kinds, _, complete = ipc.path_hits(start[own], positions[own], edges, faces, HITS)
+    nodes = own[nodes]
     excluded, touching = _keys(certificate.excluded), _keys(scene.touching)
     met = alarms = left_out = 0
     for row, is_edge_edge in zip(nodes, kinds, strict=True):
@@ -162,6 +164,20 @@ def _path_by_others(certificate: PathCertificate) -> tuple[str, bool]:
         answer += f"; {left_out} hits are pairs that were left out"
     # if the list is incomplete, the absence of a true hit proves nothing
     return answer, met == 0 and complete
+
+
+def _without_copies(scene: SceneArrays) -> tuple[AnyInts, AnyInts, AnyInts]:
+    """Return the vertices that are no copies, ascending, and edges and faces of their places.
+
+    For ipctk, every vertex of a mesh takes part, so a copy would touch the faces at its place.
+    """
+    n = len(scene.pinned)
+    if scene.copies is None:
+        return np.arange(n), scene.edges, scene.faces
+    own = np.unique(scene.copies)
+    place = np.zeros(n, np.int32)
+    place[own] = np.arange(len(own))
+    return own, place[scene.edges], place[scene.faces]
 
 
 def _key(nodes: AnyInts, is_edge_edge: bool) -> PairKey:

@@ -1,7 +1,6 @@
 """The command `izo`."""
 
 import argparse
-import re
 import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -10,10 +9,12 @@ from typing import Any, TypeAlias
 
 from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside, fill, folders
 from izo_ref.app.files import check_outputs, load_result, load_scene, save_json, save_result
+from izo_ref.app.flags import add_scene_flags, scene_modes, with_flags
 from izo_ref.app.summary import (
     certificate_summary,
     excluded_line,
     impacts_summary,
+    n_copies,
     result_summary,
 )
 from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
@@ -24,7 +25,7 @@ from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.find import find_impacts
 from izo_ref.loop.plan import plan
 from izo_ref.loop.resolve import resolve
-from izo_ref.scene import INITIAL_INTERSECTIONS, PRESCRIBED, Scene
+from izo_ref.scene import Scene
 from izo_ref.version import __version__
 
 FREE, NOT_FREE, BAD_INPUT, FREE_EXCEPT_EXCLUDED = 0, 1, 2, 3
@@ -48,21 +49,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         return options.run(options)
     except IzoError as error:
-        print(f"izo: {type(error).__name__}: {_with_flags(str(error))}", file=sys.stderr)
+        print(f"izo: {type(error).__name__}: {with_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT
 
 
-def _with_flags(message: str) -> str:
-    """Return a message with the flags of the command in place of the arguments of Python."""
-    name, colon, rest = message.partition(":")
-    if colon and name in ("thickness", "device", "selection", "relinearize"):
-        message = f"--{name}:{rest}"
-    flags = r"\b(initial_intersections|prescribed)='(\w+)'"
-    return re.sub(flags, lambda m: f"--{m[1].replace('_', '-')} {m[2]}", message)
-
-
-def _load(args: Arguments) -> Scene:
-    return load_scene(args.step, args.initial_intersections, args.prescribed)
+def _load_step(args: Arguments) -> Scene:
+    return load_scene(args.step, **scene_modes(args))
 
 
 def _exit_code(certificate: PathCertificate) -> int:
@@ -71,12 +63,19 @@ def _exit_code(certificate: PathCertificate) -> int:
     return FREE if certificate.excluded is None else FREE_EXCEPT_EXCLUDED
 
 
+def _say_copies(scene: Scene) -> None:
+    """Say how many vertices are welded, if that was asked for."""
+    if scene.weld is not None:
+        n, n_all = n_copies(scene.copies), len(scene.pinned)
+        _say(f"{n} of {n_all} vertices are copies, which start and end where their vertices do")
+
+
 def _resolve(args: Arguments) -> int:
     outputs = {"-o": args.output, "--json": args.json}
     check_outputs({"the step": args.step}, outputs)
     with _progress() as tick:
         with compiling_beside("small-zones"):
-            scene = _load(args)
+            scene = _load_step(args)
         result = resolve(
             scene,
             args.thickness,
@@ -94,6 +93,7 @@ def _resolve(args: Arguments) -> int:
         f"{len(result.impacts.toi)} impacts in {len(result.zones)} zones, "
         f"{len(result.history)} iterations, {result.timings['total']:.2f} s",
     )
+    _say_copies(scene)
     certificate = summary["certificate"]
     if result.status is Status.BLOCKED:
         _say(f"the path is free until t = {result.time_free:.6g}; these pairs meet first:")
@@ -108,11 +108,13 @@ def _resolve(args: Arguments) -> int:
 
 def _detect(args: Arguments) -> int:
     check_outputs({"the step": args.step}, {"--json": args.json})
-    impacts = find_impacts(_load(args))
+    scene = _load_step(args)
+    impacts = find_impacts(scene)
     summary = impacts_summary(impacts)
     if args.json:
         save_json(args.json, summary)
     _say(f"{summary['vertex_face']} vertex-face and {summary['edge_edge']} edge-edge impacts")
+    _say_copies(scene)
     _say_pairs(summary)
     return NOT_FREE if len(impacts.toi) else FREE
 
@@ -120,7 +122,7 @@ def _detect(args: Arguments) -> int:
 def _certify(args: Arguments) -> int:
     inputs = {"the step": args.step, "--positions": args.positions}
     check_outputs(inputs, {"--json": args.json})
-    scene = _load(args)
+    scene = _load_step(args)
     is_step_itself = args.positions is None
     positions = scene.positions_t1 if is_step_itself else load_result(args.positions).positions
     certificate = certify_path(scene, positions)
@@ -132,6 +134,7 @@ def _certify(args: Arguments) -> int:
         f"{len(certificate.meeting_toi)} of them meet; {certificate.exact} were decided in exact "
         f"arithmetic; the path is free until t = {certificate.time_free:.6g}"
     )
+    _say_copies(scene)
     _say_pairs(summary["meeting"])
     if certificate.excluded is not None:
         _say(excluded_line(certificate))
@@ -141,7 +144,7 @@ def _certify(args: Arguments) -> int:
 
 def _plan(args: Arguments) -> int:
     check_outputs({"the step": args.step}, {"--json": args.json})
-    needed = plan(_load(args))
+    needed = plan(_load_step(args))
     if args.json:
         save_json(args.json, {"plan": [line._asdict() for line in needed.lines]})
     _say(str(needed))
@@ -262,21 +265,7 @@ def _add_step_command(
     command.add_argument(
         "--json", metavar="REPORT.json", help="write a report of everything except the arrays"
     )
-    command.add_argument(
-        "--initial-intersections",
-        choices=INITIAL_INTERSECTIONS,
-        default="raise",
-        help="stop if pairs touch or cross at the start; or go on (ratchet, exclude): pairs that "
-        "touch keep to the side that the mesh tells, and the others are left out; the two differ "
-        "in the next step of a sequence only (default: %(default)s)",
-    )
-    command.add_argument(
-        "--prescribed",
-        choices=PRESCRIBED,
-        default="exclude",
-        help="pairs that meet between pinned points are left out and everything else is resolved "
-        "(exclude), or they block the step (default: %(default)s)",
-    )
+    add_scene_flags(command)
     return command
 
 

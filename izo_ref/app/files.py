@@ -32,7 +32,10 @@ FilePath: TypeAlias = str | os.PathLike[str]
 
 
 def load_scene(
-    path: FilePath, initial_intersections: str = "raise", prescribed: str = "exclude"
+    path: FilePath,
+    initial_intersections: str = "raise",
+    prescribed: str = "exclude",
+    weld: float | None = None,
 ) -> Scene:
     """Read a step.
 
@@ -40,6 +43,7 @@ def load_scene(
         path: The archive.
         initial_intersections: `raise`, `ratchet` or `exclude`; see `Scene`.
         prescribed: `exclude` or `block`; see `Scene`.
+        weld: How far apart vertices may be that are one vertex [m], or None; see `Scene`.
 
     Returns:
         The step.
@@ -51,8 +55,13 @@ def load_scene(
     arrays = _load(path, REQUIRED)
     optional = {name: arrays[name] for name in OPTIONAL if name in arrays}
     required = [arrays[name] for name in REQUIRED]
-    modes = {"initial_intersections": initial_intersections, "prescribed": prescribed}
-    return Scene(*required, **optional, **modes)
+    return Scene(
+        *required,
+        **optional,
+        initial_intersections=initial_intersections,
+        prescribed=prescribed,
+        weld=weld,
+    )
 
 
 class SavedResult(NamedTuple):
@@ -164,10 +173,14 @@ def save_result(path: FilePath, result: ResultToSave) -> None:
 def save_scene(path: FilePath, scene: Scene) -> None:
     """Write a step; the file appears whole or not at all.
 
+    If vertices are welded, the file has all vertices, with the faces, masses and pinned vertices as
+    they were passed in. It is the same step for who welds it again.
+
     Raises:
         FileFormatError: The file cannot be written.
     """
     arrays: dict[str, Any] = {name: getattr(scene, name) for name in REQUIRED + OPTIONAL}
+    arrays |= scene.unwelded
     with replacing(path) as file:
         np.savez_compressed(file, **arrays)
 

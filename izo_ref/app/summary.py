@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import Codes, Times
+from izo_ref.base.arrays import Codes, Indices, Times
 from izo_ref.base.records import Exclusion, Impacts, Pairs, PairState
 from izo_ref.certificate.certify import PathCertificate
 from izo_ref.loop.resolve import Result
@@ -105,6 +105,11 @@ def certificate_summary(certificate: PathCertificate) -> dict[str, Any]:
     return content
 
 
+def n_copies(copies: Indices | None) -> int:
+    """Count the vertices that are copies of others; `copies` as `Scene` has them."""
+    return 0 if copies is None else int(np.count_nonzero(copies != np.arange(len(copies))))
+
+
 def result_summary(result: Result) -> dict[str, Any]:
     """Return everything of a result except its arrays, ready for JSON."""
     sizes = np.diff(result.zones.impact_offsets)
@@ -129,6 +134,7 @@ def result_summary(result: Result) -> dict[str, Any]:
         },
         "worst_residuals": {k: v if math.isfinite(v) else str(v) for k, v in worst.items()},
         "certificate": certificate_summary(result.certificate),
+        "copies": n_copies(result.certificate.scene.copies),
         "scaled_back": [
             {"vertices": len(s.vertices), "scale": s.scale} for s in result.scaled_back
         ],

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyArray, Flags, Floats, Ints, Masses
+from izo_ref.base.arrays import AnyArray, Faces, Flags, Floats, Ints, Masses
 from izo_ref.base.errors import (
+    DegenerateFaceError,
     IndexRangeError,
     MassError,
     NonFiniteError,
@@ -77,6 +78,33 @@ def indices(name: str, values: Any, width: int, n: int) -> Ints:
             + (f". They seem to count from 1: pass {name} - 1" if from_one else "")
         )
     return np.array(array, dtype=np.int32, order="C")
+
+
+def faces(values: Any, n: int) -> Faces:
+    """Copy faces into an int32 array, and check that each has three different vertices.
+
+    Args:
+        values: Anything that numpy converts to an array.
+        n: The number of vertices.
+
+    Returns:
+        (m, 3) i4, a copy.
+
+    Raises:
+        ShapeError: The values are not integers, or do not have three columns.
+        IndexRangeError: An index is out of range; names the first row with one.
+        DegenerateFaceError: A face has the same vertex twice; names the first one.
+    """
+    array = indices("faces", values, 3, n)
+    a, b, c = array.T
+    repeated = np.flatnonzero((a == b) | (b == c) | (c == a))
+    if len(repeated):
+        first = repeated[0]
+        raise DegenerateFaceError(
+            f"faces: expected three different vertices each, found {len(repeated)} with a "
+            f"repeated one, the first face {first}: {array[first].tolist()}"
+        )
+    return array
 
 
 def _rectangular(name: str, values: Any, width: int) -> AnyArray:
@@ -225,6 +253,26 @@ def options(value: Any) -> Options:
             "izo_ref.Options(name=value, ...)"
         )
     return value
+
+
+def weld(value: Any) -> float | None:
+    """Check that a tolerance for welding is None or a finite number of metres, not negative.
+
+    Raises:
+        OptionError: It is not.
+    """
+    if value is None:
+        return None
+    try:
+        number = math.nan if isinstance(value, (bool, np.bool_)) else float(value)
+    except (TypeError, ValueError):
+        number = math.nan
+    if not 0.0 <= number < math.inf:
+        raise OptionError(
+            f"weld: expected None or a finite number >= 0 [m], got {value!r}. Pass weld=0 to join "
+            "vertices that coincide exactly"
+        )
+    return number
 
 
 def thickness(value: Any) -> float:

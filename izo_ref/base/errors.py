@@ -50,6 +50,10 @@ class UncertifiedStartError(IzoError):
     """The next step cannot start where a step ended, because that end is not certified free."""
 
 
+class WeldError(IzoError):
+    """Vertices that are welded into one are not at one place, or cannot be welded as asked."""
+
+
 class OptionError(IzoError):
     """An option has a value that is not offered."""
 

@@ -90,6 +90,8 @@ class SceneArrays(Protocol):
             to rows of the array, or is None.
         tree_orders: Orders in which vertices, edges and faces enter trees.
         components: The connected components of the mesh (`detection/components.py`).
+        copies: (n,) i8, the vertex that each vertex is a copy of, itself for most; None if no
+            vertex is a copy. Copies are in no face, edge or tree order, and have no mass.
     """
 
     positions_t0: Positions
@@ -104,6 +106,7 @@ class SceneArrays(Protocol):
     on_gpu: dict[str, tuple[Any, Indices | None]]
     tree_orders: TreeOrders
     components: Components
+    copies: Indices | None
 
 
 class Pairs(NamedTuple):

@@ -23,6 +23,7 @@ from izo_ref.certificate.cpu import meetings as kernels
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.intersections import states_of_pairs
 from izo_ref.detection.pair_keys import pair_keys
+from izo_ref.detection.weld import require_together
 from izo_ref.zones.serial.selection import prescribed_impacts
 
 
@@ -109,6 +110,7 @@ def certify_path(
     Raises:
         ShapeError: `positions` has the wrong shape or type.
         NonFiniteError: `positions` has numbers that are NaN or infinite.
+        WeldError: A copy of a vertex is at another place than the vertex.
         OptionError: `device` has another value, or `scene` is no scene.
         DeviceUnavailableError: A GPU is asked for, and none can be used.
 
@@ -117,6 +119,8 @@ def certify_path(
     checks.scene(scene)
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
+    if scene.copies is not None:
+        require_together("positions", positions, scene.copies, 0.0)
     filter_path = implementation(
         choose_device(device, scene), _filter_path, "izo_ref.certificate.gpu_filter:filter_path"
     )

@@ -49,6 +49,7 @@ class Elements:
     """Elements of one kind (vertices, edges or faces), sorted in space, in a tree of boxes.
 
     Args:
+        numbers: (n,) i4, numbers of the elements, on the CPU.
         nodes: (n, k) i4, vertices of the elements, on the CPU.
         positions_t0: (n_vertices, 3) f8 [m], start positions, on the GPU.
         grid: Origin (3,) [m], on the GPU, and cells per metre of the grid of the Morton curve along
@@ -61,13 +62,15 @@ class Elements:
         no_room: (n + 1,) i8, zeros, on the GPU: starts with which nothing is written.
     """
 
-    def __init__(self, nodes: Ints, positions_t0: GpuArray, grid: tuple[GpuArray, float]) -> None:
+    def __init__(
+        self, numbers: Ints, nodes: Ints, positions_t0: GpuArray, grid: tuple[GpuArray, float]
+    ) -> None:
         """Sort the elements, and make the tree with empty boxes."""
         n = len(nodes)
         nodes, codes = to_gpu(nodes), empty(n, np.int64)
         trees.compute_morton_codes[n](positions_t0, nodes, *grid, codes)
         index = stable_argsort(codes)
-        order = take(to_gpu(np.arange(n, dtype=np.int32)), index)
+        order = take(to_gpu(numbers), index)
         blocks, lanes, self.levels = bare_tree(n, np.float32)
         levels = to_gpu(self.levels)
         self.tree = Tree(order, take(nodes, index), to_gpu(blocks), to_gpu(lanes), levels)
@@ -98,9 +101,13 @@ class Detector:
         self._frame = to_gpu(origin), scale
         grid_origin, cells_per_m = morton_grid(start)
         grid = to_gpu(grid_origin), cells_per_m
-        vertices = np.arange(self._n, dtype=np.int32).reshape(-1, 1)
+        vertices = np.sort(scene.tree_orders[0])  # without copies
         self._elements = [
-            Elements(nodes, self._start, grid) for nodes in (vertices, scene.edges, scene.faces)
+            Elements(vertices, vertices.reshape(-1, 1), self._start, grid),
+            *(
+                Elements(np.arange(len(nodes), dtype=np.int32), nodes, self._start, grid)
+                for nodes in (scene.edges, scene.faces)
+            ),
         ]
         self._excluded = to_gpu(_keys_to_ignore(scene))
         self._touching: TouchingPath | None = None

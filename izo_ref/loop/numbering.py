@@ -22,6 +22,8 @@ from izo_ref.scene import Scene
 def geometric_order(scene: Scene) -> Indices:
     """Sort the vertices by Morton code, and vertices of one code by their coordinates.
 
+    Copies of vertices are left out, so the loop knows nothing of them.
+
     Args:
         scene: The scene in the numbering of the caller.
 
@@ -34,8 +36,9 @@ def geometric_order(scene: Scene) -> Indices:
     order = nearly[np.argsort(codes[nearly], kind="stable")].astype(np.int64)
     if (np.diff(codes[order]) > 0).all():
         return order
-    both = np.hstack((scene.positions_t0, scene.positions_t1))
-    return np.lexsort((*both.T[::-1], codes))
+    order.sort()
+    both = np.hstack((scene.positions_t0, scene.positions_t1))[order]
+    return order[np.lexsort((*both.T[::-1], codes[order]))]
 
 
 def renumber_scene(scene: Scene, order: Indices) -> Scene:
@@ -45,9 +48,10 @@ def renumber_scene(scene: Scene, order: Indices) -> Scene:
         scene: The scene in the numbering of the caller.
         order: (n_vertices,) i8, the caller's vertex at each place.
     """
-    place = np.empty(len(order), np.int32)
+    place = np.empty(len(scene.pinned), np.int32)  # not set for copies: no element has one
     place[order] = np.arange(len(order))
     result = copy.copy(scene)
+    result.copies = None
     for name in ("positions_t0", "positions_t1", "masses", "pinned"):
         setattr(result, name, getattr(scene, name).take(order, axis=0))
     result.on_gpu = {name: (array, order) for name, (array, _) in scene.on_gpu.items()}

@@ -65,20 +65,22 @@ def plan(scene: SceneArrays, options: Options | None = None) -> Plan:
     """
     checks.scene(scene)
     options = checks.options(options)
-    moving = (scene.positions_t0 != scene.positions_t1).any(axis=1)
+    own = np.sort(scene.tree_orders[0])  # vertices without copies
+    moving = (scene.positions_t0[own] != scene.positions_t1[own]).any(axis=1)
     lines = [
         _gpu(scene),
+        *_copies(scene),
         _detection(moving),
         _pairs_at_rest(moving),
         _components(scene, moving),
-        *_kinds(scene),
+        *_kinds(scene, len(own)),
         PlanLine(
             "box coordinates",
             "some",
             "32 of 64 bits are enough, because rounding to 32 bits keeps the order of the boxes",
             "float32-boxes",
         ),
-        _obstacles(scene, moving),
+        _obstacles(scene.pinned[own], moving),
         *_later(moving),
         *_zones(),
         PlanLine(
@@ -106,6 +108,14 @@ def _gpu(scene: SceneArrays) -> PlanLine:
         f"{devices.GPU_FACES} triangles on"
     )
     return PlanLine("a GPU", "all" if enough else "none", reason, "")
+
+
+def _copies(scene: SceneArrays) -> list[PlanLine]:
+    if scene.copies is None:
+        return []
+    n, own = len(scene.copies), len(scene.tree_orders[0])
+    reason = f"{n - own} of {n} vertices are copies, which end where their vertices end"
+    return [PlanLine("vertices", "some", reason, "")]
 
 
 def _detection(moving: Flags) -> PlanLine:
@@ -138,27 +148,28 @@ def _components(scene: SceneArrays, moving: Flags) -> PlanLine:
     return PlanLine(stage, needed, reason, "one-box" if far.any() else "")
 
 
-def _kinds(scene: SceneArrays) -> list[PlanLine]:
+def _kinds(scene: SceneArrays, n: int) -> list[PlanLine]:
     n_faces, n_edges = len(scene.faces), len(scene.edges)
     if n_faces == 0:
         return [
             PlanLine(f"{kind} pairs", "none", "there are no triangles", "")
             for kind in ("vertex-face", "edge-edge")
         ]
-    vertices_and_faces = f"there are {len(scene.pinned)} vertices and {n_faces} triangles"
+    vertices_and_faces = f"there are {n} vertices and {n_faces} triangles"
     return [
         PlanLine("vertex-face pairs", "all", vertices_and_faces, ""),
         PlanLine("edge-edge pairs", "all", f"there are {n_edges} edges", ""),
     ]
 
 
-def _obstacles(scene: SceneArrays, moving: Flags) -> PlanLine:
-    stage, pinned = "obstacle paths", int(np.count_nonzero(scene.pinned))
-    if pinned == 0:
+def _obstacles(pinned: Flags, moving: Flags) -> PlanLine:
+    stage, n_pinned = "obstacle paths", int(np.count_nonzero(pinned))
+    if n_pinned == 0:
         return PlanLine(stage, "none", "no vertex is pinned", "")
-    prescribed = int(np.count_nonzero(scene.pinned & moving))
+    prescribed = int(np.count_nonzero(pinned & moving))
     if prescribed == 0:
-        return PlanLine(stage, "none", f"{pinned} vertices are pinned, and none of them moves", "")
+        reason = f"{n_pinned} vertices are pinned, and none of them moves"
+        return PlanLine(stage, "none", reason, "")
     return PlanLine(
         stage,
         "some",

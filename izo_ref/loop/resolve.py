@@ -149,7 +149,10 @@ def resolve(
 
     positions = np.empty_like(scene.positions_t1)
     positions[order] = loop.step.positions
-    positions_on_gpu = step.positions_on_gpu(positions, order if free else None)
+    if scene.copies is not None:
+        positions = positions[scene.copies]
+    whole = free and scene.copies is None  # the positions of the step are all positions
+    positions_on_gpu = step.positions_on_gpu(positions, order if whole else None)
     certificate = certify_path(scene, positions, options.rules, device)
     watch.lap("certify")
     impacts, index = restore_numbering(loop.step.impacts, order, scene.faces)

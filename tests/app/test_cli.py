@@ -9,6 +9,7 @@ import pytest
 
 from izo_ref.app.cli import main
 from izo_ref.app.files import load_result, save_scene
+from tests.helpers.seams import seams
 from tests.helpers.shapes import pinched_sheet, vertex_over_face
 
 
@@ -122,3 +123,44 @@ def test_the_command_runs_as_a_process(step, tmp_path):
     assert done.returncode == 1
     assert "not free" in done.stdout
     assert done.stderr == ""
+
+
+@pytest.fixture
+def seamed(tmp_path):
+    """Write a step with a seam, whose message says what to pass, and return file and mesh."""
+    mesh = seams(np.random.default_rng(7))["crossing seams"]
+    np.savez(tmp_path / "seamed.npz", **mesh)
+    return tmp_path / "seamed.npz", mesh
+
+
+def test_every_command_that_reads_a_step_can_weld(seamed, tmp_path, capsys):
+    step, mesh = seamed
+    out, report = tmp_path / "out.npz", tmp_path / "report.json"
+    assert run("resolve", step, "-o", out) == 2
+    assert "pass --weld:" in capsys.readouterr().err
+    n = len(mesh["positions_t0"])
+    n_copies = n - len(np.unique(mesh["positions_t0"], axis=0))
+    assert run("resolve", step, "-o", out, "--json", report, "--weld", "--thickness", "1e-3") == 0
+    said = capsys.readouterr().out
+    assert said.startswith("FREE")
+    assert f"{n_copies} of {n} vertices are copies" in said
+    assert json.loads(report.read_text())["copies"] == n_copies
+    assert load_result(out).positions.shape == (n, 3)
+    assert run("certify", step, "--positions", out, "--weld", "1e-9") == 0
+    assert run("detect", step, "--weld", "0") == 1
+    assert run("plan", step, "--weld") == 0
+    assert f"{n_copies} of {n} vertices are copies" in capsys.readouterr().out
+    assert run("certify", step, "--positions", step, "--weld") == 2  # a step is no result
+
+
+@pytest.mark.parametrize("metres", ["-1", "nan"])
+def test_a_bad_tolerance_is_refused_by_the_name_of_its_flag(seamed, capsys, metres):
+    assert run("detect", seamed[0], f"--weld={metres}") == 2
+    assert "izo: OptionError: --weld: expected" in capsys.readouterr().err
+
+
+def test_a_flag_before_the_file_says_where_to_put_it(seamed, capsys):
+    with pytest.raises(SystemExit) as caught:
+        run("detect", "--weld", seamed[0])
+    assert caught.value.code == 2
+    assert "put --weld behind the files" in capsys.readouterr().err

@@ -16,6 +16,7 @@ from izo_ref.app.files import (
     save_scene,
 )
 from izo_ref.base import errors
+from tests.helpers.seams import seams
 from tests.helpers.shapes import vertex_over_face
 
 
@@ -36,6 +37,20 @@ def test_masses_and_pinned_are_optional(tmp_path):
         faces=scene.faces,
     )
     assert load_scene(tmp_path / "step.npz").masses.tolist() == [1.0] * 6
+
+
+def test_a_welded_step_survives_the_round_trip(tmp_path, rng):
+    """The file has the faces, masses and pins of all vertices, as they were passed in."""
+    mesh = seams(rng)["pinned soup"]
+    scene = izo_ref.Scene(**mesh, weld=0)
+    save_scene(tmp_path / "step.npz", scene)
+    with np.load(tmp_path / "step.npz") as archive:
+        assert sorted(archive.files) == sorted(mesh)
+        for name, array in mesh.items():
+            np.testing.assert_array_equal(archive[name], array)
+    again = load_scene(tmp_path / "step.npz", weld=0)
+    for name in ("positions_t0", "positions_t1", "faces", "masses", "pinned", "copies"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(scene, name))
 
 
 def positions_only(positions):

@@ -9,6 +9,7 @@ import pytest
 
 import izo_ref
 from izo_ref.app.files import SavedResult, load_result, save_result, save_scene
+from tests.helpers.seams import seams
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from validation.__main__ import main
 from validation.check import check
@@ -222,3 +223,18 @@ def test_judges_that_do_not_decide_are_counted_apart(tmp_path, capsys, monkeypat
     save_result(tmp_path / "bad.npz", positions_only(scene.positions_t1))
     assert main([*arguments, "--result", str(tmp_path / "bad.npz")]) == 1
     assert "failed; 2 judges" in capsys.readouterr().out
+
+
+@needs_ipctk
+def test_a_welded_step_passes_by_every_judge(rng, tmp_path, capsys):
+    """For ipctk, a copy would touch the faces at its place."""
+    mesh = seams(rng)["pinned soup"]
+    scene = izo_ref.Scene(**mesh, weld=0)
+    verdict = check(scene, None, 1e-3)
+    assert failed(verdict) == set()
+    assert OTHERS in {fact.by for fact in verdict.facts}
+    assert failed(check(scene, positions_only(scene.positions_t1), 1e-3)) >= {CERTIFICATE, OTHERS}
+    np.savez(tmp_path / "step.npz", **mesh)
+    assert main(["check", str(tmp_path / "step.npz"), "--thickness", "1e-3", "--weld"]) == 0
+    assert main(["check", str(tmp_path / "step.npz")]) == 2
+    assert "pass --weld:" in capsys.readouterr().err

@@ -8,7 +8,7 @@ from izo_ref.base.compile import compiled
 
 @compiled
 def order_sides(
-    order: Indices,  # (n_vertices,) i8, the caller's vertex at each place
+    order: Indices,  # (n_places,) i8, the caller's vertex at each place, of all in faces
     faces: Faces,  # (n_faces, 3) i4, of the caller; the first one of those with the same corners
     is_edge_edge: Flags,  # (n,) b1
     nodes_out: Nodes,  # (n, 4) i4, places of the vertices; changed to vertices of the caller
@@ -17,7 +17,10 @@ def order_sides(
 ) -> None:
     """Renumber the vertices of impacts, and put their corners and edges into the caller's order."""
     # impacts of faces with the same lowest vertex are in one list
-    first, after = np.full(order.shape[0], -1), np.empty(nodes_out.shape[0], np.int64)
+    n_vertices = np.int64(0)
+    for i in range(order.shape[0]):
+        n_vertices = max(n_vertices, order[i] + 1)
+    first, after = np.full(n_vertices, -1), np.empty(nodes_out.shape[0], np.int64)
     for j in range(nodes_out.shape[0]):
         for k in range(4):
             nodes_out[j, k] = order[nodes_out[j, k]]
