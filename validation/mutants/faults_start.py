@@ -91,7 +91,7 @@ STARTS = [
     Fault(
         "ratchet-lets-in",
         "izo_ref/scene.py",
-        "            kept |= [key in before for key in pair_keys(found)]\n",
+        "            kept |= [key in keys for key in pair_keys(found)]\n",
         "            kept[:] = True\n",
         "With `ratchet`, pairs that were apart may be left out later.",
         (EXCLUDED,),
