@@ -19,6 +19,7 @@ from izo_ref.base.errors import (
     UncertifiedStartError,
 )
 from izo_ref.base.records import Components, ExcludedPairs, Exclusion, TouchingPairs, TreeOrders
+from izo_ref.base.sizes import near_mesh, scene_in_range
 from izo_ref.detection import weld as welding
 from izo_ref.detection.coincident import find_coincident
 from izo_ref.detection.components import MeshComponents
@@ -106,7 +107,8 @@ class Scene:
         IndexRangeError: A face has an index of no vertex.
         DegenerateFaceError: A face has the same vertex twice, or welding turns it into an edge
             that no other face has.
-        MassError: A mass is zero or negative.
+        SizeError: A coordinate is too large or too small to compute with (docs/limits).
+        MassError: A mass is zero or negative, or too small beside the largest one.
         WeldError: `weld` joins vertices by a chain that is longer than `weld`, or joins many more
             vertices than copies.
         OptionError: `initial_intersections`, `prescribed` or `weld` has another value.
@@ -191,7 +193,9 @@ class Scene:
                 of another scene, or its positions have changed since.
             ShapeError: An array has the wrong shape or type.
             NonFiniteError: A position or a mass is NaN or infinite.
-            MassError: A mass is zero or negative, or a vertex is set free that has none.
+            SizeError: A coordinate is too large or too small to compute with.
+            MassError: A mass is zero or negative, or too small beside the largest one, or a vertex
+                is set free that has none.
             InitialIntersectionError: Pairs were left out, and the next start intersects itself,
                 with `initial_intersections="raise"`.
             WeldError: A copy is proposed to end elsewhere than its vertex.
@@ -214,6 +218,8 @@ class Scene:
         scene._steps_kept += 1
         if scene._steps_kept % KEPT_STEPS == 0:
             scene.tree_orders = scene._sort_elements()
+        else:
+            scene_in_range(scene)  # raises an error if its size cannot be computed with
         if result.certificate.excluded is not None:
             scene._check_start()
             if self.initial_intersections == "ratchet":
@@ -241,8 +247,8 @@ class Scene:
         self.pinned = welding.pinned_groups(self.pinned, copies)
 
     def _sort_elements(self) -> TreeOrders:
-        """Sort the elements at the start for the trees; copies enter none."""
-        orders = tree_orders(self.positions_t0, self.edges, self.faces)
+        """Sort the elements for the trees, without copies; raise an error at an unusable size."""
+        orders = tree_orders(near_mesh(scene_in_range(self)[0]), self.edges, self.faces)
         return welding.without_copies(orders, self.copies)
 
     def _take_masses(self, masses: Any) -> None:
@@ -283,7 +289,8 @@ class Scene:
     def _check_start(self) -> None:
         """Find the pairs that intersect at the start, and sort them, or raise an error."""
         mesh = self.edges, self.faces
-        found = find_intersections(self.positions_t0, *mesh, self.tree_orders)
+        start = scene_in_range(self)[0].positions_t0
+        found = find_intersections(start, *mesh, self.tree_orders)
         if found.n_found == 0:
             return
         prescribed = self.pinned if self.prescribed == "exclude" else None
@@ -299,7 +306,7 @@ class Scene:
                     f"{rest.describe(SHOWN)}. {RATCHET}",
                     pairs,
                 )
-        self.excluded, self.touching = sort_start(self.positions_t0, self.faces, found, prescribed)
+        self.excluded, self.touching = sort_start(start, self.faces, found, prescribed)
 
 
 def _take_pinned(pinned: Any, n: int) -> Flags:

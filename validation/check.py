@@ -18,10 +18,13 @@ from izo_ref.base.arrays import AnyInts, Positions, Times
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.options import Options
 from izo_ref.base.records import Impacts, Pairs
+from izo_ref.base.sizes import positions_back, scene_in_range, thickness_in_range
+from izo_ref.base.units import Units, times_power
 from izo_ref.certificate.certify import certify_path
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 from validation import judge, judge_zones
+from validation.in_range import result_in_range
 from validation.judge import Fact
 from validation.limits import DEFAULT, Limits
 
@@ -91,10 +94,18 @@ def check(
     Raises:
         ShapeError: The positions of the result do not fit the scene.
         NonFiniteError: A position of the result is not finite.
+        SizeError: A position of the result is too large or too small to compute with.
     """
     options = options or Options()
     if thickness is None and result is not None:
         thickness = result.thickness
+    twin, units = scene_in_range(scene)
+    if twin is not scene:
+        if thickness is not None:
+            thickness = thickness_in_range(checks.thickness(thickness), twin, units)
+        result, known = result_in_range(scene, twin, units, result, known)
+        verdict = check(twin, result, thickness, options, say=say, known=known, limits=limits)
+        return _in_units(verdict, scene, twin, units)
     begin = time.perf_counter()
     own = own or resolve(scene, thickness, options=options)
     seconds = time.perf_counter() - begin
@@ -132,6 +143,31 @@ def check(
         objectives=objectives,
         thickness=own.thickness,
         excluded="" if certificate.excluded is None else excluded_line(certificate),
+    )
+
+
+def _in_units(verdict: Verdict, scene: Scene, twin: Scene, units: Units) -> Verdict:
+    """Return the verdict on a scene of ordinary size in the units of the caller.
+
+    The facts stay: their numbers are those of the scene of ordinary size, and one fact says so.
+    """
+    told = Fact(
+        "size",
+        "powers of two",
+        f"every fact is about lengths times 2^{units.length} and masses times 2^{units.mass}",
+        None,
+        0.0,
+    )
+    thickness = verdict.thickness
+    return dataclasses.replace(
+        verdict,
+        facts=[told, *verdict.facts],
+        positions=positions_back(scene, twin, verdict.positions, units),
+        objectives={
+            name: times_power(value, -2 * units.length)
+            for name, value in verdict.objectives.items()
+        },
+        thickness=None if thickness is None else times_power(thickness, -units.length),
     )
 
 

@@ -25,12 +25,16 @@ class DegenerateFaceError(IzoError):
     """A face names the same vertex twice."""
 
 
+class SizeError(IzoError):
+    """A coordinate is too large or too small to compute with."""
+
+
 class MassError(IzoError):
-    """A mass is zero or negative."""
+    """A mass is zero or negative, or too small beside the largest one."""
 
 
 class ThicknessError(IzoError):
-    """A thickness is not a positive, finite number of metres."""
+    """A thickness is not a positive, finite number of metres, or does not fit the coordinates."""
 
 
 class InitialIntersectionError(IzoError):

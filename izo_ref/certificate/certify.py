@@ -19,6 +19,7 @@ from izo_ref.base.records import (
     SceneArrays,
     TouchingPairs,
 )
+from izo_ref.base.sizes import path_in_range
 from izo_ref.certificate.cpu import meetings as kernels
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.intersections import states_of_pairs
@@ -111,6 +112,7 @@ def certify_path(
         ShapeError: `positions` has the wrong shape or type.
         NonFiniteError: `positions` has numbers that are NaN or infinite.
         WeldError: A copy of a vertex is at another place than the vertex.
+        SizeError: A coordinate is too large or too small to compute with.
         OptionError: `device` has another value, or `scene` is no scene.
         DeviceUnavailableError: A GPU is asked for, and none can be used.
 
@@ -124,13 +126,14 @@ def certify_path(
     filter_path = implementation(
         choose_device(device, scene), _filter_path, "izo_ref.certificate.gpu_filter:filter_path"
     )
-    found, certain, counts = filter_path(scene, positions, rules)
+    path, ends = path_in_range(scene, positions)
+    found, certain, counts = filter_path(path, ends, rules)
     if "float-verdicts" not in rules:
         certain[:] = False
     if scene.touching is not None:
         # exact arithmetic has decided about these pairs, which come last
         certain |= _among(found, scene.touching)
-    meeting, exact = _meeting(scene.positions_t0, positions, found, certain)
+    meeting, exact = _meeting(path.positions_t0, ends, found, certain)
     prescribed = np.zeros(len(meeting.toi), bool)
     if scene.pinned.any():
         prescribed_impacts(meeting.nodes, meeting.weights, scene.pinned, prescribed)
@@ -138,10 +141,10 @@ def certify_path(
     if scene.prescribed == "exclude" and prescribed.any():
         excluded = _joined(excluded, meeting.take(prescribed))
         meeting, prescribed = meeting.take(~prescribed), prescribed[~prescribed]
-    ends = np.empty(0, np.int8)
+    states = np.empty(0, np.int8)
     if excluded is not None:
         mesh = scene.edges, scene.faces, scene.tree_orders
-        ends = states_of_pairs(excluded, positions, *mesh)
+        states = states_of_pairs(excluded, ends, *mesh)
     positions.setflags(write=False)  # only now, because numba compiles anew for such arrays
     return PathCertificate(
         free=len(meeting.toi) == 0,
@@ -156,7 +159,7 @@ def certify_path(
         meeting_prescribed=prescribed,
         time_free=float(meeting.toi.min(initial=1.0)),
         excluded=excluded,
-        excluded_ends=ends,
+        excluded_ends=states,
         scene=scene,
         positions=positions,
     )

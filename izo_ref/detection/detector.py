@@ -152,7 +152,8 @@ class Detector:
         self._centres, self._reach = positions_t1.copy(), np.zeros(len(positions_t1))
         if not ("still" in self._rules and self._start_is_free):
             moving[:] = True
-        self._boxes = VertexBoxes(self._positions_t0, self._centres, self._reach, self._dtype)
+        about = self._positions_t0, self._centres, self._reach
+        self._boxes = VertexBoxes(*about, self._dtype, self._nodes[1])
         for elements in self.elements:
             elements.refit(self._boxes.boxes, moving, everything=True)
         self._known = KnownImpacts(self._positions_t0, self._start_is_free, self._excluded)

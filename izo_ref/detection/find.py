@@ -3,6 +3,7 @@
 from izo_ref.base import checks
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.records import Impacts, SceneArrays
+from izo_ref.base.sizes import scene_in_range
 from izo_ref.detection.detector import Detector
 
 
@@ -25,6 +26,7 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
     Raises:
         OptionError: `device` has another value, or `scene` is no scene.
+        SizeError: A coordinate is too large or too small to compute with.
         DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
 
     Source: docs/method section 1; the proof is in `detection/formulas/advance.py`.
@@ -33,7 +35,7 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
     find = implementation(
         choose_device(device, scene), _find_on_cpu, "izo_ref.detection.gpu_detector:find_impacts"
     )
-    return find(scene)
+    return find(scene_in_range(scene)[0])
 
 
 def _find_on_cpu(scene: SceneArrays) -> Impacts:

@@ -34,6 +34,7 @@ from izo_ref.base.gpu_impacts import (
     impacts_to_gpu,
 )
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
+from izo_ref.base.sizes import near_mesh
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
 from izo_ref.detection.serial.contacts import VERTEX_FACE_OFFSET
@@ -97,9 +98,9 @@ class Detector:
         if not self._has_faces:
             return
         self._start = positions_of(scene, "positions_t0")
-        origin, scale = box_frame(start)
+        origin, scale = box_frame(start, scene.edges)
         self._frame = to_gpu(origin), scale
-        grid_origin, cells_per_m = morton_grid(start)
+        grid_origin, cells_per_m = morton_grid(near_mesh(scene))
         grid = to_gpu(grid_origin), cells_per_m
         vertices = np.sort(scene.tree_orders[0])  # without copies
         self._elements = [

@@ -22,7 +22,7 @@ from izo_ref.base.arrays import (
 from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
-from izo_ref.detection.serial.boxes import bounds
+from izo_ref.detection.serial.boxes import bounds, bounds_of_edges
 from izo_ref.detection.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.serial.near import pack_pairs
 from izo_ref.detection.serial.tree import ROWS, WIDTH, Tree
@@ -135,6 +135,7 @@ class VertexBoxes:
         centres: (n_vertices, 3) f8 [m], about which the vertices end.
         reach: (n_vertices,) f8 [m], how far from their centres they may end, along each axis.
         dtype: f4 or f8.
+        edges: (n_edges, 2) i4, of the mesh whose extent sets the scale; None for all vertices.
 
     Attributes:
         boxes: (n_vertices, 9): start, lowest end, highest end.
@@ -146,12 +147,13 @@ class VertexBoxes:
         centres: Positions,
         reach: Floats,
         dtype: DTypeLike = np.float32,
+        edges: Edges | None = None,
     ) -> None:
         """Compute all boxes."""
         self.boxes: AnyFloats = np.empty((len(positions_t0), 9), dtype)
         self._known = positions_t0, centres, reach
         if len(positions_t0):
-            self._frame = box_frame(positions_t0)
+            self._frame = box_frame(positions_t0, edges)
             self.refit(np.ones(len(positions_t0), bool))
 
     def refit(self, moved: Flags) -> None:
@@ -163,13 +165,17 @@ class VertexBoxes:
         kernels.compute_vertex_boxes(moved, *self._known, *self._frame, self.boxes)
 
 
-def box_frame(positions_t0: Positions) -> BoxFrame:
+def box_frame(positions_t0: Positions, edges: Edges | None = None) -> BoxFrame:
     """Return the origin (3,) [m] and the scale [1/m] of the coordinates of boxes.
 
-    The origin is the centre of the start, and the scale is a power of two that brings its extent
-    near 1. So float32 keeps as much of the coordinates as it can.
+    The origin is the centre of the start of the mesh, and the scale is a power of two that brings
+    its extent near 1. So float32 keeps as much of the coordinates as it can. Vertices without an
+    edge have no say: one far out would make all others fall together, and all pairs candidates.
     """
-    low, high = bounds(positions_t0)
+    if edges is None or len(edges) == 0:
+        low, high = bounds(positions_t0)
+    else:
+        low, high = bounds_of_edges(positions_t0, edges)
     exponent = frexp(max(0.5 * b - 0.5 * a for a, b in zip(low, high, strict=True)))[1]
     origin = [0.5 * a + 0.5 * b for a, b in zip(low, high, strict=True)]
     return np.array(origin), ldexp(1.0, min(-exponent, 1000))

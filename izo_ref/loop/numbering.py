@@ -13,6 +13,7 @@ import numpy as np
 
 from izo_ref.base.arrays import Faces, Indices, Ints
 from izo_ref.base.records import Impacts
+from izo_ref.base.sizes import near_mesh
 from izo_ref.detection.serial.mesh import renumbered_rows, sort_rows
 from izo_ref.detection.trees import morton_codes_of
 from izo_ref.loop.serial.numbering import order_sides
@@ -31,7 +32,7 @@ def geometric_order(scene: Scene) -> Indices:
         (n_vertices,) i8, the caller's vertex at each place.
     """
     vertices = np.arange(len(scene.pinned), dtype=np.int32)[:, None]
-    codes = morton_codes_of(scene.positions_t0, vertices)
+    codes = morton_codes_of(near_mesh(scene), vertices)
     nearly = scene.tree_orders[0]  # so that sorting takes a quarter of the time
     order = nearly[np.argsort(codes[nearly], kind="stable")].astype(np.int64)
     if (np.diff(codes[order]) > 0).all():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +13,7 @@ from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.options import Options
 from izo_ref.base.records import Impacts, SceneArrays, Status, join_impacts
+from izo_ref.base.sizes import scene_in_range, thickness_in_range
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.mesh import median_length
@@ -21,8 +21,10 @@ from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.iterate import Iteration, Loop
 from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numbering
 from izo_ref.loop.plan import Plan, plan
+from izo_ref.loop.result_back import iterations_back, result_back
 from izo_ref.loop.scale_back import ScaledBack, scale_back
 from izo_ref.loop.step import Step
+from izo_ref.loop.stopwatch import Stopwatch
 from izo_ref.loop.verdict import judge_zones, statuses_of_zones, verdict
 from izo_ref.scene import Scene
 from izo_ref.zones.grouping import Zones, build_zones
@@ -122,7 +124,10 @@ def resolve(
         The result. Its path is certified free, or its status says that it is not.
 
     Raises:
-        ThicknessError: The thickness is not a positive, finite number.
+        ThicknessError: The thickness is not a positive, finite number, or it is too large or too
+            small beside the coordinates.
+        SizeError: A coordinate is too large or too small to compute with, in the scene or in the
+            answer.
         OptionError: `device` is not offered, or an argument is of another type.
         DeviceUnavailableError: `device` is `cuda`, and no GPU can be used.
         DeviceMemoryError: The GPU has less free memory than the step needs.
@@ -132,9 +137,27 @@ def resolve(
     checks.scene(scene)
     options = checks.options(options)
     device = choose_device(device, scene)
+    twin, units = scene_in_range(scene)
+    if thickness is not None:
+        thickness = thickness_in_range(checks.thickness(thickness), twin, units)
+    if twin is scene:
+        return _resolve_in_range(scene, thickness, device, options, on_iteration)
+    on_iteration = iterations_back(on_iteration, units)
+    result = _resolve_in_range(twin, thickness, device, options, on_iteration)
+    return result_back(result, scene, twin, units, device)
+
+
+def _resolve_in_range(
+    scene: Scene,
+    thickness: float | None,
+    device: str,
+    options: Options,
+    on_iteration: Callable[[Iteration], object] | None,
+) -> Result:
+    """Resolve a scene of ordinary size (`base/units.py`)."""
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
     thickness = _choose_thickness(scene, thickness, options)
-    watch = _Stopwatch()
+    watch = Stopwatch()
     order = geometric_order(scene)
     step = make_step(renumber_scene(scene, order), thickness, options)
     loop = Loop(step, options.max_iterations, on_iteration)
@@ -185,27 +208,9 @@ def resolve(
     )
 
 
-class _Stopwatch:
-    """Seconds that each stage takes."""
-
-    def __init__(self) -> None:
-        self._start = self._last = time.perf_counter()
-        self._laps: dict[str, float] = {}
-
-    def lap(self, stage: str) -> None:
-        """End a stage; the next one begins now."""
-        now = time.perf_counter()
-        self._laps[stage] = now - self._last
-        self._last = now
-
-    def timings(self) -> dict[str, float]:
-        """Return the seconds of each stage, and of all as `total`."""
-        return {**self._laps, "total": self._last - self._start}
-
-
 def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Options) -> float:
     if thickness is not None:
-        return checks.thickness(thickness)
+        return thickness
     if len(scene.edges) == 0:
         return 1.0  # without edges and faces nothing can meet, so any thickness will do
     length = median_length(scene.positions_t0, scene.edges)

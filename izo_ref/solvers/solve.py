@@ -17,6 +17,7 @@ from izo_ref.base.arrays import Codes, Flags, Floats, Ints, Multipliers
 from izo_ref.base.devices import implementation
 from izo_ref.base.errors import DeviceUnavailableError
 from izo_ref.base.options import LAGRANGIAN, SWEEPS, Options
+from izo_ref.base.units import require_ratio
 from izo_ref.solvers.augmented_lagrangian import SolveOn, descend, run_on_cpu
 from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.interior_point import FARTHEST
@@ -37,6 +38,7 @@ from izo_ref.solvers.serial.small_zone import (
 )
 from izo_ref.solvers.sweeps import sweep
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution
+from izo_ref.zones.problem_in_range import problem_in_range, solution_back
 from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import ZoneSystem, problem_system
 
@@ -272,6 +274,8 @@ def solve_zone(
 
     Raises:
         OptionError: An option has a value that is not offered.
+        SizeError: The lengths of the problem differ too much from each other.
+        MassError: A mass is too small beside the largest one.
         DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
 
     Source: docs/method sections 3 to 5.
@@ -287,13 +291,24 @@ def solve_zone(
         gap_tolerance=tolerance,
         violation_tolerance=tolerance,
     )
+    require_ratio(problem.masses, np.isfinite(problem.masses))
+    twin, units = problem_in_range(problem)
+    solution = _solve_in_range(twin, options, trace, device)
+    return solution if twin is problem else solution_back(solution, units)
+
+
+def _solve_in_range(
+    problem: ZoneProblem, options: Options, trace: bool, device: str
+) -> ZoneSolution:
+    """Solve a zone problem of ordinary size (`zones/problem_in_range.py`)."""
     pinned = np.isinf(problem.masses)
     if len(problem.nodes) == 0 or pinned.all():
         nothing = np.zeros(len(problem.nodes))
         judged = residuals(problem, problem.proposed, nothing)
-        feasible = judged.feasible(tolerance)
+        feasible = judged.feasible(options.violation_tolerance)
         still = np.zeros_like(problem.proposed)
-        return ZoneSolution(problem.proposed.copy(), still, nothing, judged, method, 0, feasible)
+        ends, method = problem.proposed.copy(), options.method
+        return ZoneSolution(ends, still, nothing, judged, method, 0, feasible)
     system, places = problem_system([problem])
     solution = solve_system(system, options, trace, device=device)
     positions = solution.positions[places]

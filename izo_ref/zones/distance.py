@@ -37,7 +37,9 @@ import math
 import numpy as np
 
 from izo_ref.base.arrays import AnyInts, Flags, Floats, Multipliers, Positions
+from izo_ref.base.units import times_power
 from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.problem_in_range import problem_in_range
 from izo_ref.zones.scaled_zone import ScaledZone, U, norm
 
 # Largest number of active constraints for which singular values are computed: that takes 0.2 s for
@@ -68,7 +70,15 @@ def distance_bound(
         An upper bound of sqrt(sum m |x - x*|^2) [m kg^1/2]. It is infinity if no bound can be
         computed. That is so where a pinned vertex is not at its proposed position, where an impact
         names a vertex twice, and where numbers overflow.
+
+    Raises:
+        SizeError: The lengths of the problem differ too much from each other.
     """
+    problem, units = problem_in_range(problem)
+    if units.length != 0:
+        positions = times_power(positions, units.length)
+        if displacements is not None:
+            displacements = np.asarray(times_power(displacements, units.length))
     if displacements is None:
         displacements = positions - problem.proposed
     if not (np.isfinite(displacements).all() and np.isfinite(multipliers).all()):
@@ -79,7 +89,8 @@ def distance_bound(
         zone = ScaledZone(problem, displacements)
         if not zone.is_sound():
             return math.inf
-        return _bound(zone, multipliers)
+        # the bound has the unit m kg^1/2, and the exponent of masses is even
+        return times_power(_bound(zone, multipliers), -units.length - units.mass // 2)
 
 
 def _names_a_vertex_twice(nodes: AnyInts) -> bool:

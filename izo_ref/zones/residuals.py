@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from izo_ref.base.arrays import Multipliers, Positions
+from izo_ref.base.units import AS_THEY_ARE, times_power
 from izo_ref.zones.problem import Residuals, ZoneProblem
+from izo_ref.zones.problem_in_range import problem_in_range, residuals_back
 from izo_ref.zones.serial.residuals import judge_zones
 from izo_ref.zones.system import ZoneSystem
 
@@ -30,8 +32,15 @@ def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multiplie
     Returns:
         The residuals.
 
+    Raises:
+        SizeError: The lengths of the problem differ too much from each other.
+
     Source: docs/method section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
     """
+    problem, units = problem_in_range(problem)
+    if units != AS_THEY_ARE:
+        positions = times_power(positions, units.length)
+        multipliers = times_power(multipliers, units.length + units.mass)
     whole = ZoneSystem(
         np.array([0, len(problem.nodes)]),
         np.array([0, len(problem.proposed)]),
@@ -42,7 +51,7 @@ def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multiplie
         problem.masses,
         problem.thickness,
     )
-    return residuals_of_zones(whole, positions, multipliers)[0]
+    return residuals_back(residuals_of_zones(whole, positions, multipliers)[0], units)
 
 
 def residuals_of_zones(

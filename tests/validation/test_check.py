@@ -238,3 +238,30 @@ def test_a_welded_step_passes_by_every_judge(rng, tmp_path, capsys):
     assert main(["check", str(tmp_path / "step.npz"), "--thickness", "1e-3", "--weld"]) == 0
     assert main(["check", str(tmp_path / "step.npz")]) == 2
     assert "pass --weld:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("length", [-700, 700])
+def test_results_of_any_size_are_judged_like_the_same_near_1(rng, length):
+    scene = two_sheets(rng, 4)
+    other = check(scene, None, 1e-3)
+    start, end = (np.ldexp(p, length) for p in (scene.positions_t0, scene.positions_t1))
+    scaled = izo_ref.Scene(start, end, scene.faces, scene.masses, scene.pinned)
+    thickness = float(np.ldexp(1e-3, length))
+    verdict = check(scaled, None, thickness)
+    assert verdict.thickness == thickness
+    assert failed(verdict) == set()
+    assert np.array_equal(verdict.positions, np.ldexp(other.positions, length))
+    assert [f.passed for f in verdict.facts[1:]] == [f.passed for f in other.facts]
+    known = {"proposal": end, "ours": verdict.positions}
+    wrong = check(scaled, positions_only(end), thickness, known=known)
+    assert CERTIFICATE in failed(wrong)
+    assert set(wrong.objectives) == {"izo_ref.resolve", "ours"}
+
+
+def test_unused_vertices_far_out_are_judged():
+    scene = vertex_over_face()
+    far = [1.79e308] * 3
+    start, end = (np.vstack((p, far)) for p in (scene.positions_t0, scene.positions_t1))
+    verdict = check(izo_ref.Scene(start, end, scene.faces), None, 1e-3)
+    assert failed(verdict) == set()
+    assert np.array_equal(verdict.positions[-1], far)

@@ -12,7 +12,41 @@ SCALE_BACK = "tests/loop/test_scale_back.py"
 NEXT_STEP = "tests/loop/test_next_step.py"
 BUDGET = f"{SCALE_BACK}::test_a_spent_budget_ends_free_by_fallback"
 
+SIZES = "tests/loop/test_sizes.py"
+
 PATHS = [
+    Fault(
+        "sizes-by-unused-vertices",
+        "izo_ref/base/sizes.py",
+        "    size = max(largest(end[in_face]) for end in ends)\n",
+        "    size = max(largest(end) for end in ends)\n",
+        "Vertices in no face decide the size of a step.",
+        (f"{SIZES}::test_unused_vertices_far_out_change_nothing",),
+    ),
+    Fault(
+        "multipliers-without-masses",
+        "izo_ref/loop/result_back.py",
+        "times_power(result.multipliers, -units.length - units.mass)",
+        "times_power(result.multipliers, -units.length)",
+        "Multipliers are not multiplied back by the factor of masses.",
+        (f"{SIZES}::test_random_steps_of_any_size_have_the_same_bits",),
+    ),
+    Fault(
+        "odd-powers-of-masses",
+        "izo_ref/base/units.py",
+        "    return -(middle - middle % 2)\n",
+        "    return -middle\n",
+        "Masses are multiplied by odd powers of two, whose roots have other digits.",
+        (f"{SIZES}::test_random_steps_of_any_size_have_the_same_bits",),
+    ),
+    Fault(
+        "digits-of-small-coordinates-lost",
+        "izo_ref/base/sizes.py",
+        "    if length >= 0:\n        return\n",
+        "    if length < 0:\n        return\n",
+        "Coordinates that lose digits when they are multiplied are accepted.",
+        (f"{SIZES}::test_sizes_that_cannot_be_computed_are_refused_by_name",),
+    ),
     Fault(
         "free-proposal-moved",
         "izo_ref/loop/iterate.py",

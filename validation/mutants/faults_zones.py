@@ -173,7 +173,7 @@ ZONE = [
     Fault(
         "ties-decided-by-index",
         "izo_ref/loop/numbering.py",
-        "    codes = morton_codes_of(scene.positions_t0, vertices)\n",
+        "    codes = morton_codes_of(near_mesh(scene), vertices)\n",
         "    codes = np.arange(len(vertices))\n",
         "The numbering of the caller decides between impacts at equal times.",
         (

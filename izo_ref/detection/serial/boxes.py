@@ -2,7 +2,17 @@
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyFloats, AnyInt, Bits, Flags, Floats, Ints, Positions, Vec3
+from izo_ref.base.arrays import (
+    AnyFloats,
+    AnyInt,
+    Bits,
+    Edges,
+    Flags,
+    Floats,
+    Ints,
+    Positions,
+    Vec3,
+)
 from izo_ref.base.compile import compiled
 from izo_ref.detection.serial.tree import WIDTH
 
@@ -43,6 +53,18 @@ def bounds(positions: Positions) -> tuple[Vec3, Vec3]:
         for axis in range(3):
             low[axis] = min(low[axis], positions[i, axis])
             high[axis] = max(high[axis], positions[i, axis])
+    return (low[0], low[1], low[2]), (high[0], high[1], high[2])
+
+
+@compiled
+def bounds_of_edges(positions: Positions, edges: Edges) -> tuple[Vec3, Vec3]:
+    """Return the lowest and the highest coordinates of edges, of which there is at least one."""
+    low, high = positions[edges[0, 0]].copy(), positions[edges[0, 0]].copy()
+    for i in range(edges.shape[0]):
+        for k in range(2):
+            for axis in range(3):
+                low[axis] = min(low[axis], positions[edges[i, k], axis])
+                high[axis] = max(high[axis], positions[edges[i, k], axis])
     return (low[0], low[1], low[2]), (high[0], high[1], high[2])
 
 
