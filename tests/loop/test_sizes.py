@@ -5,7 +5,8 @@ import pytest
 
 import izo_ref
 from izo_ref import errors
-from tests.helpers import own_scenes, shapes
+from tests.helpers import own_scenes, shapes, touching
+from tests.helpers.seams import seams
 from validation.scenes import stored
 
 FLOAT_MAX = 1.79e308
@@ -229,3 +230,24 @@ def test_zones_of_any_size_have_the_same_bits(seed):
         arguments = other.positions, other.multipliers, other.displacements
         expected = izo_ref.distance_bound(problem, *arguments)
         assert bound == pytest.approx(np.ldexp(expected, length + mass // 2), rel=0.1)
+
+
+@pytest.mark.parametrize("length", [-900, -200, 300, 900])
+def test_starts_that_touch_or_coincide_have_the_same_answer_at_any_size(rng, length):
+    """Welded seams, and parts that touch or cross at the start."""
+    welded = seams(np.random.default_rng(7))
+    scenes = [(welded[name], {"weld": 0}) for name in ("soup", "one seam")]
+    for seed in range(12):
+        start, end, faces, pinned = touching.random_scene(np.random.default_rng(seed))
+        mesh = {"positions_t0": start, "positions_t1": end, "faces": faces, "pinned": pinned}
+        scenes.append((mesh, {"initial_intersections": "ratchet"}))
+    for mesh, options in scenes:
+        near = izo_ref.resolve(izo_ref.Scene(**mesh, **options), 1e-3)
+        far = {name: np.ldexp(mesh[name], length) for name in ("positions_t0", "positions_t1")}
+        scene = izo_ref.Scene(**{**mesh, **far}, **options)
+        result = izo_ref.resolve(scene, float(np.ldexp(1e-3, length)))
+        assert result.status is near.status
+        np.testing.assert_array_equal(result.positions, np.ldexp(near.positions, length))
+        np.testing.assert_array_equal(
+            result.certificate.excluded_ends, near.certificate.excluded_ends
+        )
