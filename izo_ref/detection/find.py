@@ -12,9 +12,9 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
     The path leads from `positions_t0` to `positions_t1`. A pair meets if its sides touch at any
     time up to and including t = 1. No such pair is missed. A pair also counts as an impact if
-    rounding cannot tell whether it touches. That happens at distances below about 1e-14 of its
-    size; the distance is larger for slivers and for a vertex that slides just past a corner of a
-    face.
+    rounding cannot tell whether it touches after the start. That happens at distances below about
+    1e-14 of its size; the distance is larger for slivers and for a vertex that slides just past a
+    corner of a face. Pairs that start nearer than that are decided exactly (`detection/doubts.py`).
 
     Args:
         scene: The `Scene`.

@@ -11,9 +11,10 @@ from itertools import zip_longest
 import numpy as np
 
 from izo_ref.base.arrays import GpuArray, Indices, Ints, Offsets, Positions
-from izo_ref.base.cuda.arrays import LARGEST, SUM
+from izo_ref.base.cuda.arrays import LARGEST, LEAST, SUM
 from izo_ref.base.gpu_arrays import (
     arange,
+    as_column,
     concatenate,
     empty,
     flatnonzero,
@@ -35,8 +36,10 @@ from izo_ref.base.gpu_impacts import (
 )
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
 from izo_ref.base.sizes import near_mesh
+from izo_ref.detection.cpu import frames as cpu_frames
 from izo_ref.detection.cuda import contacts, frames, paths
 from izo_ref.detection.cuda import tree as trees
+from izo_ref.detection.doubts import settle_doubts
 from izo_ref.detection.serial.contacts import VERTEX_FACE_OFFSET
 from izo_ref.detection.serial.tree import Tree
 from izo_ref.detection.touching_path import TouchingPath
@@ -143,10 +146,26 @@ class Detector:
         index = take(index, stable_argsort(take(keys, index)))
         found = empty_impacts(index.shape[0])
         frames.gather_impacts[index.shape[0]](self._start, positions_t1, index, *contacts, *found)
+        if index.shape[0] and reduce(as_column(found.toi.view(np.int64)), LEAST) == 0:
+            found = self._settled(found, positions_t1)
         if self._touching is None:
             return found
         touching = self._touching.find(to_cpu(positions_t1))  # exact arithmetic runs on the CPU
         return concatenate_impacts(found, impacts_to_gpu(touching))
+
+    def _settled(self, found: Impacts, positions_t1: GpuArray) -> Impacts:
+        """Return impacts of which some begin at t = 0, decided exactly on the CPU."""
+        start, end = to_cpu(self._start), to_cpu(positions_t1)
+        own = Impacts._make(column.copy() for column in impacts_to_cpu(found))
+        began = own.toi == 0.0
+        meets = settle_doubts(start, end, *own[:3], own.normals)
+        places = np.flatnonzero(began & meets)
+        part = own.take(places)
+        frame = np.empty((len(places), 4)), np.empty((len(places), 3))
+        pairs = part.nodes, part.is_edge_edge, part.toi, part.normals
+        cpu_frames.compute_impact_frames(start, end, *pairs, *frame)
+        own.weights[places], own.normals[places] = frame
+        return impacts_to_gpu(own.take(meets))
 
     def _refit(self, positions_t1: GpuArray) -> GpuArray:
         """Fit all boxes, and return which vertices move, (n_vertices,) b1.

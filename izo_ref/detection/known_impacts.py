@@ -7,6 +7,7 @@ import numpy as np
 from izo_ref.base.arrays import Floats, Indices, Positions
 from izo_ref.base.records import Impacts, Pairs, join_impacts, no_impacts
 from izo_ref.detection.cpu import frames as kernels
+from izo_ref.detection.doubts import settle_doubts
 from izo_ref.detection.near_pairs import Contacts
 from izo_ref.detection.pair_keys import pair_keys
 from izo_ref.detection.serial.reach import largest_moves
@@ -70,6 +71,11 @@ class KnownImpacts:
             named = pair_keys(Pairs(contacts.nodes, contacts.keys >= 0))
             kept = np.array([key not in self._excluded for key in named], bool)
             contacts = contacts.take(kept)
+        if self._start_is_free and not contacts.toi.all():
+            ends = self._positions_t0, positions_t1
+            _, nodes, toi, directions = contacts
+            meets = settle_doubts(*ends, nodes, contacts.keys >= 0, toi, directions)
+            contacts = contacts.take(meets)
         keys, nodes, toi, directions = contacts
         kinds, weights, normals = keys >= 0, np.empty((len(keys), 4)), np.empty((len(keys), 3))
         kernels.compute_impact_frames(

@@ -32,21 +32,14 @@ from collections.abc import Iterator
 from enum import Enum
 from fractions import Fraction
 from itertools import combinations, product
-from math import hypot
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from izo_ref.base.arrays import Faces, Floats, Nodes, Positions
+from izo_ref.base.exact_vectors import NOWHERE, Point, cross, dot, minus, unit_vector
 
-Point: TypeAlias = tuple[int, int, int]
 Feature: TypeAlias = tuple[int, ...]  # vertices: one, the two of an edge, or the three of a face
-
-NOWHERE: Point = (0, 0, 0)  # the zero vector
-
-# Bits of the largest coordinate of a normal that are kept when it becomes a unit vector. Its length
-# then neither overflows nor underflows.
-KEPT_BITS = 64
 
 
 class Side(Enum):
@@ -135,8 +128,8 @@ class Sides:
         candidates = self._normals(first, second, star, other) if own is None else [own]
         told, all_flat = np.zeros(3), True
         for normal in candidates:
-            signs = [_sign(_dot(normal, v)) for v in star]
-            others = [_sign(_dot(normal, v)) for v in other]
+            signs = [_sign(dot(normal, v)) for v in star]
+            others = [_sign(dot(normal, v)) for v in other]
             if not (any(signs) or any(others)):
                 continue
             all_flat = False
@@ -157,9 +150,9 @@ class Sides:
     def _own_normal(self, first: Feature, second: Feature) -> Point | None:
         """Return the normal that the features determine; None if they leave more than one."""
         if len(second) == 3:
-            return _cross(self._edge(second[0], second[1]), self._edge(second[0], second[2]))
+            return cross(self._edge(second[0], second[1]), self._edge(second[0], second[2]))
         if len(first) == len(second) == 2:
-            normal = _cross(self._edge(*first), self._edge(*second))
+            normal = cross(self._edge(*first), self._edge(*second))
             return None if normal == NOWHERE else normal
         return None
 
@@ -171,14 +164,14 @@ class Sides:
         corners = star + other
         # every normal is orthogonal to a feature that is an edge
         pairs = product(edges[:1], corners) if edges else combinations(corners, 2)
-        normals = [normal for normal in (_cross(u, v) for u, v in pairs) if normal != NOWHERE]
+        normals = [normal for normal in (cross(u, v) for u, v in pairs) if normal != NOWHERE]
         if not normals:
             return
         plane = normals[0]
-        if not any(_dot(plane, v) for v in edges + corners):
-            normals = [_cross(plane, v) for v in (edges or corners)]
+        if not any(dot(plane, v) for v in edges + corners):
+            normals = [cross(plane, v) for v in (edges or corners)]
         for normal in normals:
-            if not any(_dot(normal, edge) for edge in edges):
+            if not any(dot(normal, edge) for edge in edges):
                 yield normal
 
     def _faces_around(self, feature: Feature) -> list[Feature]:
@@ -186,24 +179,17 @@ class Sides:
         return [face for face in around if set(feature) <= set(face)]
 
     def _edge(self, a: int, b: int) -> Point:
-        return _minus(self._point(b), self._point(a))
-
-
-def unit_vector(normal: Point) -> Floats:
-    """Return the unit vector of a vector of integers that is not zero, however large they are."""
-    excess = max(0, max(map(abs, normal)).bit_length() - KEPT_BITS)
-    x, y, z = (float(c >> excess) for c in normal)
-    return np.array((x, y, z)) / hypot(x, y, z)
+        return minus(self._point(b), self._point(a))
 
 
 def _vertex_face_weights(v: Point, a: Point, b: Point, c: Point) -> list[Fraction] | None:
     """Return the weights of a vertex that is in its face; None if the face has no area."""
-    normal = _cross(_minus(b, a), _minus(c, a))
+    normal = cross(minus(b, a), minus(c, a))
     if normal == NOWHERE:
         return None
-    whole = _dot(normal, normal)
-    to_a, to_b, to_c = _minus(a, v), _minus(b, v), _minus(c, v)
-    areas = (_dot(normal, _cross(x, y)) for x, y in ((to_b, to_c), (to_c, to_a), (to_a, to_b)))
+    whole = dot(normal, normal)
+    to_a, to_b, to_c = minus(a, v), minus(b, v), minus(c, v)
+    areas = (dot(normal, cross(x, y)) for x, y in ((to_b, to_c), (to_c, to_a), (to_a, to_b)))
     return [Fraction(1), *(Fraction(-area, whole) for area in areas)]
 
 
@@ -212,33 +198,21 @@ def _edge_edge_weights(p: Point, q: Point, r: Point, s: Point) -> list[Fraction]
 
     If the edges have a line in common, it is the middle of the part that they share.
     """
-    u, w = _minus(q, p), _minus(s, r)
+    u, w = minus(q, p), minus(s, r)
     if NOWHERE in (u, w):
         return None
-    normal = _cross(u, w)
+    normal = cross(u, w)
     if normal != NOWHERE:
-        whole, between = _dot(normal, normal), _minus(r, p)
-        along_u = Fraction(_dot(_cross(between, w), normal), whole)
-        along_w = Fraction(_dot(_cross(between, u), normal), whole)
+        whole, between = dot(normal, normal), minus(r, p)
+        along_u = Fraction(dot(cross(between, w), normal), whole)
+        along_w = Fraction(dot(cross(between, u), normal), whole)
     else:
-        length_sq = _dot(u, u)
-        ends = [Fraction(_dot(_minus(x, p), u), length_sq) for x in (r, s)]
+        length_sq = dot(u, u)
+        ends = [Fraction(dot(minus(x, p), u), length_sq) for x in (r, s)]
         low, high = max(Fraction(0), min(ends)), min(Fraction(1), max(ends))
         along_u = (low + high) / 2
         along_w = (along_u - ends[0]) / (ends[1] - ends[0])
     return [1 - along_u, along_u, along_w - 1, -along_w]
-
-
-def _minus(a: Point, b: Point) -> Point:
-    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
-
-
-def _dot(a: Point, b: Point) -> int:
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-
-
-def _cross(a: Point, b: Point) -> Point:
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
 def _sign(number: int) -> int:

@@ -105,3 +105,44 @@ def test_layers_that_meet_vertex_on_vertex_are_not_certified_in_full(monkeypatch
     assert result.status is izo_ref.Status.FREE
     assert result.objective > 0.0
     assert asked == []
+
+
+@pytest.mark.parametrize("gap", [1e-9, 1e-12, 1e-15, 1e-16, 1e-30, 1e-300, 5e-324])
+@pytest.mark.parametrize("slide", [0.0, 0.3])
+def test_a_vertex_pressed_from_nearer_than_rounding_is_solved(gap, slide):
+    """It ends at the thickness above the pinned face; the normal is exact and of unit length."""
+    start, faces = above_a_face(gap)
+    end = start.copy()
+    end[3] += (slide, 0.0, -0.1)
+    scene = izo_ref.Scene(start, end, faces, pinned=[1, 1, 1, 0])
+    result = izo_ref.resolve(scene, 1e-3)
+    assert result.status is izo_ref.Status.FREE
+    assert result.objective == pytest.approx((0.1 + 1e-3) ** 2, rel=1e-5)
+    np.testing.assert_allclose(np.linalg.norm(result.impacts.normals, axis=1), 1.0)
+    assert len(result.impacts.toi) == 1
+    assert len(result.history) < 6
+
+
+@pytest.mark.parametrize("gap", [1e-12, 1e-15, 1e-30, 5e-324])
+def test_an_edge_pressed_from_nearer_than_rounding_is_solved(gap):
+    start = [[-1, 0, gap], [1, 0, gap], [0, 0, 1], [0, -1, 0], [0, 1, 0], [0, 0, -1]]
+    end = np.array(start, float) - (np.arange(6)[:, None] < 3) * (0.0, 0.0, 0.1)
+    scene = izo_ref.Scene(start, end, [[0, 1, 2], [3, 4, 5]], pinned=[0, 0, 0, 1, 1, 1])
+    result = izo_ref.resolve(scene, 1e-3)
+    assert result.status is izo_ref.Status.FREE
+    assert result.objective == pytest.approx(2.0 / 3.0 * (0.1 + 1e-3) ** 2, rel=1e-5)
+
+
+def test_a_doubtful_pair_is_no_impact_beside_a_real_one():
+    """One vertex starts 1e-15 m above its face and lifts off; another one goes through its face."""
+    start, faces = above_a_face(1e-15)
+    start = np.concatenate((start, start + (5.0, 0.0, 0.0)))
+    start[7, 2] = 0.1
+    end = start.copy()
+    end[3, 2], end[7, 2] = 0.5, -0.1
+    pinned = [1, 1, 1, 0, 1, 1, 1, 0]
+    scene = izo_ref.Scene(start, end, [*faces, [4, 5, 6]], pinned=pinned)
+    assert izo_ref.find_impacts(scene).nodes.tolist() == [[7, 4, 5, 6]]
+    result = izo_ref.resolve(scene, 1e-3)
+    assert result.status is izo_ref.Status.FREE
+    np.testing.assert_array_equal(result.positions[3], end[3])

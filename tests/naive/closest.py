@@ -35,6 +35,24 @@ def _line_line(a, b, c, d):
     return (a + s * u) - (c + r * v) if inside else None
 
 
+def closest_vector(is_edge_edge, points):
+    """Return the vector from the closest point of the second side to that of the first.
+
+    Args:
+        is_edge_edge: kind of the pair.
+        points: (4, 3) positions of its nodes [m].
+    """
+    a, b, c, d = np.asarray(points, L)
+    if is_edge_edge:
+        back = [_line_line(a, b, c, d), _point_segment(c, a, b), _point_segment(d, a, b)]
+        forth = [_point_segment(a, c, d), _point_segment(b, c, d)]
+    else:
+        back, forth = [], [_point_plane(a, b, c, d)]
+        forth += [_point_segment(a, b, c), _point_segment(a, c, d), _point_segment(a, d, b)]
+    vectors = [v for v in back if v is not None] + [-v for v in forth if v is not None]
+    return min(vectors, key=lambda v: v @ v)
+
+
 def distance(is_edge_edge, start, end, t):
     """Return the distance of a pair at time t, computed in long double.
 
@@ -44,20 +62,5 @@ def distance(is_edge_edge, start, end, t):
         t: time.
     """
     start, end, t = np.asarray(start, L), np.asarray(end, L), L(t)
-    a, b, c, d = (1 - t) * start + t * end
-    if is_edge_edge:
-        vectors = [
-            _line_line(a, b, c, d),
-            _point_segment(a, c, d),
-            _point_segment(b, c, d),
-            _point_segment(c, a, b),
-            _point_segment(d, a, b),
-        ]
-    else:
-        vectors = [
-            _point_plane(a, b, c, d),
-            _point_segment(a, b, c),
-            _point_segment(a, c, d),
-            _point_segment(a, d, b),
-        ]
-    return float(min(np.sqrt(v @ v) for v in vectors if v is not None))
+    vector = closest_vector(is_edge_edge, (1 - t) * start + t * end)
+    return float(np.sqrt(vector @ vector))

@@ -27,7 +27,7 @@ STARTS = [
     Fault(
         "nothing-in-one-plane-is-told",
         "izo_ref/detection/sides.py",
-        "            normals = [_cross(plane, v) for v in (edges or corners)]\n",
+        "            normals = [cross(plane, v) for v in (edges or corners)]\n",
         "            normals = []\n",
         "Parts that touch in one plane, side by side, are left out.",
         (SIDES,),
@@ -111,6 +111,22 @@ STARTS = [
         "        step.positions = step.longest[0]\n",
         "If one zone is blocked, no other one is resolved.",
         (EXCLUDED,),
+    ),
+    Fault(
+        "doubts-are-impacts",
+        "izo_ref/detection/doubts.py",
+        "            meets[i] = False\n",
+        "            pass\n",
+        "A pair that starts nearer than rounding can tell is an impact, whatever it does.",
+        ("tests/loop/test_proposal.py",),
+    ),
+    Fault(
+        "doubtful-normals",
+        "izo_ref/detection/doubts.py",
+        "            toi[i], directions[i] = time, normal\n",
+        "            toi[i] = time\n",
+        "The normal of a pair that starts nearer than rounding can tell is noise.",
+        ("tests/loop/test_proposal.py",),
     ),
     Fault(
         "satisfied-impacts-enter-again",
