@@ -157,6 +157,7 @@ def compiling_beside(name: str) -> Iterator[None]:
     finally:
         if process.poll() is None:
             process.kill()
+            process.wait()
 
 
 def _start(name: str) -> subprocess.Popen[bytes]:

@@ -9,6 +9,7 @@ from izo_ref import Status
 from izo_ref.base.records import Exclusion, PairState
 from tests.helpers.shapes import grid
 from tests.helpers.touching import PARTS
+from tests.naive.start import keys_of, pairs_that_meet
 
 THICKNESS = 1e-3
 # Ties between impacts at equal times fall another way if there are other parts, and rounds of new
@@ -63,6 +64,45 @@ def test_pinned_parts_that_meet_do_not_stop_the_rest():
     np.testing.assert_allclose(own, alone.positions, rtol=0.0, atol=NEARLY)
     with pytest.raises(AttributeError):
         certificate.free = True
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_pinned_parts_that_cross_in_a_part_of_a_scene_are_the_pairs_that_are_left_out(seed):
+    """Random pinned sheets go through each other; the exact pairs are found one by one."""
+    rng = np.random.default_rng(seed)
+    parts = []
+    for k in range(int(rng.integers(2, 4))):
+        start, _, faces, _ = sheet(int(rng.integers(2, 4)), 0.2 * k, shift=rng.uniform(-0.3, 0.3))
+        start = start @ np.linalg.qr(np.eye(3) + 0.1 * rng.normal(size=(3, 3)))[0]
+        parts.append((start, start + rng.uniform(-0.1, 0.1, 3) - (0, 0, 0.35 * k), faces, True))
+    parts.append(sheet(4, 0.2 * len(parts) + 0.2, 0.2 * len(parts) + 0.5))
+    parts.append(sheet(3, 0.1, shift=9.0, pinned=True))
+    parts.append(sheet(4, 0.2, 0.2, shift=9.0))
+    scene = scene_of(*parts)
+    result = izo_ref.resolve(scene, THICKNESS)
+    certificate = result.certificate
+    pinned = np.flatnonzero(scene.pinned)
+    ends = scene.positions_t0, scene.positions_t1
+    expected = {
+        key
+        for key in pairs_that_meet(*ends, scene.faces[scene.pinned[scene.faces].all(axis=1)])
+        if set().union(*key) <= set(pinned.tolist())
+    }
+    assert expected
+    # where an edge goes through a face at the start, all five pairs of the two are left out
+    assert keys_of(certificate.excluded) == expected | keys_of(scene.excluded)
+    far = scene.positions_t0[:, 0] > 5.0
+    for zone, status in enumerate(result.zone_statuses):
+        if far[result.zones.vertices_of(zone)].all():
+            assert status is Status.FREE
+    if certificate.free:
+        assert result.status is Status.FREE_EXCEPT_EXCLUDED
+    else:
+        assert not far[certificate.meeting.nodes].any()
+    left = pairs_that_meet(scene.positions_t0, result.positions, scene.faces)
+    left -= keys_of(certificate.excluded)
+    assert (left == set()) is certificate.free
+    assert left == keys_of(certificate.meeting)
 
 
 def test_pinned_parts_that_meet_block_the_step_if_that_is_asked_for():
