@@ -12,11 +12,11 @@ import numpy as np
 
 from izo_ref.base import checks
 from izo_ref.base.arrays import AnyArray, Edges, Faces, Flags, Indices, Masses, Positions
+from izo_ref.base.certified import certified_end
 from izo_ref.base.devices import copy_to_cpu, detach, is_on_gpu
 from izo_ref.base.errors import (
     InitialIntersectionError,
     MassError,
-    UncertifiedStartError,
 )
 from izo_ref.base.records import Components, ExcludedPairs, Exclusion, TouchingPairs, TreeOrders
 from izo_ref.base.sizes import near_mesh, scene_in_range
@@ -201,7 +201,7 @@ class Scene:
             WeldError: A copy is proposed to end elsewhere than its vertex.
             DeviceUnavailableError: An array is on a GPU that cannot be used.
         """
-        start = _certified_end(self, result).copy()  # numba compiles anew for read-only arrays
+        start = certified_end(self, result).copy()  # numba compiles anew for read-only arrays
         masses = self.masses if masses is None else masses
         scene, n = copy.copy(self), len(start)
         scene.on_gpu, scene.unwelded = {}, self.unwelded.copy()
@@ -311,34 +311,3 @@ class Scene:
 
 def _take_pinned(pinned: Any, n: int) -> Flags:
     return checks.flags("pinned", copy_to_cpu("pinned", pinned), n)
-
-
-def _certified_end(scene: Scene, result: Any) -> Positions:
-    """Return the end of a path of a scene that is certified free, or raise."""
-    certificate = getattr(result, "certificate", None)
-    if certificate is None:
-        raise UncertifiedStartError(
-            f"result: expected what `resolve` returned, got {type(result).__name__}, which has no "
-            "certificate. Pass its positions to a new Scene, which checks its start in full."
-        )
-    if certificate.scene is not scene:
-        other = certificate.scene
-        raise UncertifiedStartError(
-            "result: expected the result of this scene, got that of another one, with "
-            f"{len(other.positions_t0)} vertices and {len(other.faces)} faces; this scene has "
-            f"{len(scene.positions_t0)} and {len(scene.faces)}. Call `after` of the scene that was "
-            "resolved, or make a new Scene, which checks its start in full."
-        )
-    if not certificate.free:
-        raise UncertifiedStartError(
-            f"result: expected a path that is certified free, got one on which "
-            f"{len(certificate.meeting_toi)} pairs meet, the first at t = {certificate.time_free}. "
-            "Resolve a smaller step, or change the motion of the pinned vertices, and go on from "
-            "there."
-        )
-    if not np.array_equal(result.positions, certificate.positions):
-        raise UncertifiedStartError(
-            "result.positions: expected the positions that were certified, found others. Copy them "
-            "before you change them, or pass them to a new Scene, which checks its start in full."
-        )
-    return certificate.positions

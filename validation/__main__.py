@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from izo_ref.app.files import check_outputs, check_writable, replacing, save_json
 from izo_ref.app.flags import add_scene_flags, scene_modes, with_flags
+from izo_ref.app.process import run_and_exit
 from izo_ref.base.errors import IzoError
 from validation import json_rows
 from validation.limits import Limits
@@ -327,4 +328,4 @@ def _add_studies(commands: "Subparsers") -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    run_and_exit(main)

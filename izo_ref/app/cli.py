@@ -9,7 +9,9 @@ from typing import Any, TypeAlias
 
 from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside, fill, folders
 from izo_ref.app.files import check_outputs, load_result, load_scene, save_json, save_result
-from izo_ref.app.flags import add_scene_flags, scene_modes, with_flags
+from izo_ref.app.flags import scene_modes, with_flags
+from izo_ref.app.parser import command_parser
+from izo_ref.app.process import run_and_exit
 from izo_ref.app.summary import (
     certificate_summary,
     excluded_line,
@@ -19,20 +21,18 @@ from izo_ref.app.summary import (
 )
 from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
 from izo_ref.base.errors import IzoError
-from izo_ref.base.options import CHOICES, Options
+from izo_ref.base.options import Options
 from izo_ref.base.records import Status
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.find import find_impacts
 from izo_ref.loop.plan import plan
 from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
-from izo_ref.version import __version__
 
 FREE, NOT_FREE, BAD_INPUT, FREE_EXCEPT_EXCLUDED = 0, 1, 2, 3
 
 Arguments: TypeAlias = argparse.Namespace
 Run: TypeAlias = Callable[[Arguments], int]
-Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,9 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         The exit code: 0 for a free path, 1 for a path that is not free, 2 for bad input, 3 for a
         path that is free except for pairs that were left out.
     """
-    options = _parser().parse_args(arguments)
+    options = command_parser().parse_args(arguments)
     try:
-        return options.run(options)
+        return _RUNS[options.command](options)
     except IzoError as error:
         print(f"izo: {type(error).__name__}: {with_flags(str(error))}", file=sys.stderr)
         return BAD_INPUT
@@ -221,114 +221,22 @@ def _progress() -> Iterator[Callable[[str], None]]:
         yield tick
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="izo",
-        description="Reference and verification toolkit for impact zone optimization.",
-        epilog="Exit codes: 0 the path is free, 1 it is not free, 2 bad input, 3 the path is free "
-        "except for pairs that were left out (see --initial-intersections and --prescribed).",
-    )
-    parser.add_argument("--version", action="version", version=f"izo {__version__}")
-    commands = parser.add_subparsers(required=True, metavar="COMMAND")
-    _add_resolve(commands)
-    _add_step_command(commands, "detect", _detect, "list the pairs that meet on the path")
-    text = "say what resolving a step needs, what is left out, and why"
-    _add_step_command(commands, "plan", _plan, text)
-    text = "prove for each pair of a path that it is apart, or that it meets"
-    certify = _add_step_command(commands, "certify", _certify, text)
-    certify.add_argument(
-        "--positions",
-        metavar="OUT.npz",
-        help="result whose end positions are certified; the proposed positions if it is left out",
-    )
-    _add_cache(commands)
-    text = "resolve a scene of our own, and write a page with the result"
-    demo = commands.add_parser("demo", help=text, description=text)
-    demo.set_defaults(run=_demo)
-    demo.add_argument(
-        "-o",
-        "--output",
-        default="reports/demo",
-        metavar="FOLDER",
-        help="folder of the page (default: %(default)s)",
-    )
-    return parser
-
-
-def _add_step_command(
-    commands: Commands, name: str, run: Run, text: str
-) -> argparse.ArgumentParser:
-    """Add a command that reads a step."""
-    command = commands.add_parser(name, help=text, description=text)
-    command.set_defaults(run=run)
-    command.add_argument("step", metavar="STEP.npz", help="the step to read")
-    command.add_argument(
-        "--json", metavar="REPORT.json", help="write a report of everything except the arrays"
-    )
-    add_scene_flags(command)
-    return command
-
-
-def _add_resolve(commands: Commands) -> None:
-    text = "find free end positions close to the proposed ones"
-    command = _add_step_command(commands, "resolve", _resolve, text)
-    defaults = Options()
-    command.add_argument(
-        "-o", "--output", required=True, metavar="OUT.npz", help="where to write the result"
-    )
-    command.add_argument(
-        "--thickness",
-        type=float,
-        metavar="D",
-        help="distance that impacts keep at the end [m] (default: "
-        f"{defaults.thickness_fraction:g} of the median edge length)",
-    )
-    command.add_argument(
-        "--device",
-        default="cpu",
-        choices=("cpu", "cuda", "auto"),
-        help="where the loop runs (default: %(default)s)",
-    )
-    command.add_argument(
-        "--selection",
-        default=defaults.selection,
-        choices=CHOICES["selection"],
-        help="which of the impacts found enter the zones (default: %(default)s)",
-    )
-    command.add_argument(
-        "--relinearize",
-        type=int,
-        default=defaults.relinearize,
-        metavar="ROUNDS",
-        help="largest number of rounds that take the normals again at the answer "
-        "(default: %(default)s)",
-    )
-
-
-def _add_cache(commands: Commands) -> None:
-    text = "show, clear or fill the folder of compiled code"
-    command = commands.add_parser("cache", help=text, description=text)
-    actions = command.add_subparsers(required=True, metavar="ACTION")
-    show = actions.add_parser("show", help="show where compiled code is, and how much")
-    show.set_defaults(run=_show_cache)
-    remove = actions.add_parser("clear", help="delete compiled code")
-    remove.add_argument(
-        "--old", action="store_true", help="delete only the code of other sources or versions"
-    )
-    remove.set_defaults(run=_clear_cache)
-    action = actions.add_parser("fill", help="compile what resolving needs, with several processes")
-    action.add_argument(
-        "tasks",
-        nargs="*",
-        metavar="TASK",
-        help=f"what to compile: {', '.join(TASKS)}; all of them if none is named",
-    )
-    action.set_defaults(run=_fill_cache)
+# What each command of the parser runs.
+_RUNS: dict[str, Run] = {
+    "resolve": _resolve,
+    "detect": _detect,
+    "plan": _plan,
+    "certify": _certify,
+    "demo": _demo,
+    "cache show": _show_cache,
+    "cache clear": _clear_cache,
+    "cache fill": _fill_cache,
+}
 
 
 def entry() -> None:
     """Run the command, and end the process with its exit code."""
-    sys.exit(main())
+    run_and_exit(main)
 
 
 if __name__ == "__main__":

@@ -164,3 +164,20 @@ def test_a_flag_before_the_file_says_where_to_put_it(seamed, capsys):
         run("detect", "--weld", seamed[0])
     assert caught.value.code == 2
     assert "put --weld behind the files" in capsys.readouterr().err
+
+
+def test_a_reader_that_ends_first_gets_no_traceback():
+    """`izo plan step.npz | head -0`"""
+    command = "from izo_ref.app.cli import entry; import sys; sys.argv[1:] = ['--help']; entry()"
+    process = subprocess.Popen(
+        [sys.executable, "-u", "-c", f"import time; time.sleep(0.5); {command}"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    process.stdout.close()
+    said = process.stderr.read().decode()
+    process.stderr.close()
+    process.wait()
+    assert "Traceback" not in said

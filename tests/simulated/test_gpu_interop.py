@@ -1,5 +1,6 @@
 """Scenes whose arrays are already on a GPU."""
 
+from importlib import import_module
 from types import SimpleNamespace
 
 import numpy as np
@@ -37,6 +38,7 @@ def test_a_scene_from_gpu_arrays_ends_as_one_from_the_cpu(rng):
 
 
 def test_positions_on_the_gpu_are_not_sent_again(rng, monkeypatch):
+    import_module("izo_ref.certificate.gpu_filter")  # so that it has `to_gpu` as it is now
     scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
     sent, send = [], arrays.to_gpu
     modules = "base.gpu_arrays", "loop.gpu_step", "detection.gpu_detector"

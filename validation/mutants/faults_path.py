@@ -238,7 +238,7 @@ PATHS = [
     ),
     Fault(
         "uncertified-end-is-a-start",
-        "izo_ref/scene.py",
+        "izo_ref/base/certified.py",
         "    if not certificate.free:\n",
         "    if not certificate.free and certificate.time_free == 0.0:\n",
         "The next step may start where a path ends that is free only at its beginning.",
@@ -246,7 +246,7 @@ PATHS = [
     ),
     Fault(
         "changed-end-is-a-start",
-        "izo_ref/scene.py",
+        "izo_ref/base/certified.py",
         "    if not np.array_equal(result.positions, certificate.positions):\n",
         "    if result.positions.shape != certificate.positions.shape:\n",
         "The next step starts where the last one ended, although the caller's end is another.",

@@ -1,0 +1,115 @@
+"""The parser of the command `izo`: its commands, their flags, and the help that they print."""
+
+import argparse
+from typing import TypeAlias
+
+from izo_ref.app.cache import TASKS
+from izo_ref.app.flags import add_scene_flags
+from izo_ref.base.options import CHOICES, Options
+from izo_ref.version import __version__
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def command_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command `izo`; `command` of what it parses says what to run."""
+    parser = argparse.ArgumentParser(
+        prog="izo",
+        description="Reference and verification toolkit for impact zone optimization.",
+        epilog="Exit codes: 0 the path is free, 1 it is not free, 2 bad input, 3 the path is free "
+        "except for pairs that were left out (see --initial-intersections and --prescribed).",
+    )
+    parser.add_argument("--version", action="version", version=f"izo {__version__}")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    _add_resolve(commands)
+    _add_step_command(commands, "detect", "list the pairs that meet on the path")
+    text = "say what resolving a step needs, what is left out, and why"
+    _add_step_command(commands, "plan", text)
+    text = "prove for each pair of a path that it is apart, or that it meets"
+    certify = _add_step_command(commands, "certify", text)
+    certify.add_argument(
+        "--positions",
+        metavar="OUT.npz",
+        help="result whose end positions are certified; the proposed positions if it is left out",
+    )
+    _add_cache(commands)
+    text = "resolve a scene of our own, and write a page with the result"
+    demo = commands.add_parser("demo", help=text, description=text)
+    demo.set_defaults(command="demo")
+    demo.add_argument(
+        "-o",
+        "--output",
+        default="reports/demo",
+        metavar="FOLDER",
+        help="folder of the page (default: %(default)s)",
+    )
+    return parser
+
+
+def _add_step_command(commands: Commands, name: str, text: str) -> argparse.ArgumentParser:
+    """Add a command that reads a step."""
+    command = commands.add_parser(name, help=text, description=text)
+    command.set_defaults(command=name)
+    command.add_argument("step", metavar="STEP.npz", help="the step to read")
+    command.add_argument(
+        "--json", metavar="REPORT.json", help="write a report of everything except the arrays"
+    )
+    add_scene_flags(command)
+    return command
+
+
+def _add_resolve(commands: Commands) -> None:
+    text = "find free end positions close to the proposed ones"
+    command = _add_step_command(commands, "resolve", text)
+    defaults = Options()
+    command.add_argument(
+        "-o", "--output", required=True, metavar="OUT.npz", help="where to write the result"
+    )
+    command.add_argument(
+        "--thickness",
+        type=float,
+        metavar="D",
+        help="distance that impacts keep at the end [m] (default: "
+        f"{defaults.thickness_fraction:g} of the median edge length)",
+    )
+    command.add_argument(
+        "--device",
+        default="cpu",
+        choices=("cpu", "cuda", "auto"),
+        help="where the loop runs (default: %(default)s)",
+    )
+    command.add_argument(
+        "--selection",
+        default=defaults.selection,
+        choices=CHOICES["selection"],
+        help="which of the impacts found enter the zones (default: %(default)s)",
+    )
+    command.add_argument(
+        "--relinearize",
+        type=int,
+        default=defaults.relinearize,
+        metavar="ROUNDS",
+        help="largest number of rounds that take the normals again at the answer "
+        "(default: %(default)s)",
+    )
+
+
+def _add_cache(commands: Commands) -> None:
+    text = "show, clear or fill the folder of compiled code"
+    command = commands.add_parser("cache", help=text, description=text)
+    actions = command.add_subparsers(required=True, metavar="ACTION")
+    show = actions.add_parser("show", help="show where compiled code is, and how much")
+    show.set_defaults(command="cache show")
+    remove = actions.add_parser("clear", help="delete compiled code")
+    remove.add_argument(
+        "--old", action="store_true", help="delete only the code of other sources or versions"
+    )
+    remove.set_defaults(command="cache clear")
+    action = actions.add_parser("fill", help="compile what resolving needs, with several processes")
+    action.add_argument(
+        "tasks",
+        nargs="*",
+        metavar="TASK",
+        help=f"what to compile: {', '.join(TASKS)}; all of them if none is named",
+    )
+    action.set_defaults(command="cache fill")
