@@ -265,3 +265,19 @@ def test_unused_vertices_far_out_are_judged():
     verdict = check(izo_ref.Scene(start, end, scene.faces), None, 1e-3)
     assert failed(verdict) == set()
     assert np.array_equal(verdict.positions[-1], far)
+
+
+def test_an_impact_between_pinned_points_is_no_traceback():
+    """A pinned vertex hits the pinned corner of a face whose other corners are free."""
+    face = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    start = np.concatenate((face, [[0.0, 0.0, 0.5]]))
+    end = start.copy()
+    end[3, 2] = -0.5
+    scene = izo_ref.Scene(start, end, [[0, 1, 2]], pinned=[1, 0, 0, 1])
+    impacts = izo_ref.find_impacts(scene)
+    assert len(impacts.toi) == 1
+    verdict = check(scene, SavedResult(end, 1e-3, impacts, np.ones(1)))
+    assert not verdict.passed
+    assert verdict.excluded.startswith("1 pair was left out")
+    questions = {fact.question: fact.passed for fact in verdict.facts}
+    assert questions["each zone is optimal"] is False
