@@ -75,7 +75,7 @@ def _check(args: Namespace) -> int:
     print(verdict_line(verdict))
     if not verdict.passed:
         return FAILED
-    return PASSED_EXCEPT_EXCLUDED if verdict.excluded else PASSED
+    return PASSED_EXCEPT_EXCLUDED if verdict.excluded["count"] else PASSED
 
 
 def _zones(args: Namespace) -> int:

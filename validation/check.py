@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeAlias
 
 from izo_ref.app.files import SavedResult, load_result, load_scene
-from izo_ref.app.summary import excluded_line, pairs_summary
+from izo_ref.app.summary import excluded_line, excluded_summary, pairs_summary
 from izo_ref.base import checks
 from izo_ref.base.arrays import AnyInts, Positions, Times
 from izo_ref.base.errors import FileFormatError
@@ -45,7 +45,7 @@ class Verdict:
         positions: (n, 3) f8 [m], the end positions that were judged.
         objectives: `{name: objective}` [m^2] of the results that it was compared with.
         thickness: [m], of our own result.
-        excluded: In words, the pairs that were left out; empty if there are none.
+        excluded: Summary of the pairs that were left out, as `excluded_summary` returns it.
     """
 
     passed: bool
@@ -56,7 +56,7 @@ class Verdict:
     positions: Positions
     objectives: dict[str, float]
     thickness: float | None
-    excluded: str
+    excluded: dict[str, Any]
 
     @property
     def n_not_decided(self) -> int:
@@ -142,7 +142,7 @@ def check(
         positions=positions,
         objectives=objectives,
         thickness=own.thickness,
-        excluded="" if certificate.excluded is None else excluded_line(certificate),
+        excluded=excluded_summary(certificate),
     )
 
 
@@ -240,8 +240,8 @@ def _checked(result: SavedResult, impacts: Impacts, scene: Scene, path: FilePath
 def verdict_line(verdict: Verdict) -> str:
     """Return the verdict in a line: passed or failed, what was left out, and who did not decide."""
     line, n = "passed" if verdict.passed else "failed", verdict.n_not_decided
-    if verdict.excluded:
-        line += f", except for pairs about which nothing is said; {verdict.excluded}"
+    if verdict.excluded["count"]:
+        line += f", except for pairs about which nothing is said; {excluded_line(verdict.excluded)}"
     if n:
         line += f"; {n} {'judge' if n == 1 else 'judges'} did not decide within the limits"
     return line

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeAlias, TypeVar
 
 import numpy as np
 
-from izo_ref.app.summary import excluded_line
+from izo_ref.app.summary import excluded_line, excluded_summary
 from izo_ref.base.arrays import AnyInts, Positions
 from izo_ref.base.records import ExcludedPairs, SceneArrays, TouchingPairs
 from izo_ref.certificate.certify import PathCertificate, certify_path
@@ -117,7 +117,7 @@ def path(
     if not certificate.free:
         answer += f"; the path is free until t = {certificate.time_free:.6g}"
     if certificate.excluded is not None:
-        answer += f"; {excluded_line(certificate)}"
+        answer += f"; {excluded_line(excluded_summary(certificate))}"
     facts = [Fact("path is free", "izo_ref.certify_path", answer, certificate.free, seconds)]
     if ipc.unusable():
         answer = f"not asked: {ipc.unusable()}"

@@ -101,7 +101,7 @@ def _resolve(args: Arguments) -> int:
         blocked = result.zone_statuses.count(Status.BLOCKED)
         _say(f"{blocked} of {len(result.zones)} zones are blocked; the others are resolved")
     if result.certificate.excluded is not None:
-        _say(excluded_line(result.certificate))
+        _say(excluded_line(certificate["excluded"]))
         _say_pairs(certificate["excluded"])
     return _exit_code(result.certificate)
 
@@ -137,7 +137,7 @@ def _certify(args: Arguments) -> int:
     _say_copies(scene)
     _say_pairs(summary["meeting"])
     if certificate.excluded is not None:
-        _say(excluded_line(certificate))
+        _say(excluded_line(summary["excluded"]))
         _say_pairs(summary["excluded"])
     return _exit_code(certificate)
 

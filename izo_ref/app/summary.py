@@ -69,9 +69,12 @@ def excluded_summary(certificate: PathCertificate) -> dict[str, Any]:
     }
 
 
-def excluded_line(certificate: PathCertificate) -> str:
-    """Say in a sentence how many pairs were left out, why, and where they end."""
-    summary = excluded_summary(certificate)
+def excluded_line(summary: dict[str, Any]) -> str:
+    """Say in a sentence how many pairs were left out, why, and where they end.
+
+    Args:
+        summary: What `excluded_summary` returned, for at least one pair.
+    """
     n, why, end = summary["count"], summary["reasons"], summary["at_end"]
     return (
         f"{n} {'pair was' if n == 1 else 'pairs were'} left out: {why['crossing']} cross at the "

@@ -12,8 +12,9 @@ from izo_ref.app.files import SavedResult, load_result, save_result, save_scene
 from tests.helpers.seams import seams
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from validation.__main__ import main
-from validation.check import check
+from validation.check import check, verdict_line
 from validation.oracles import ipc
+from validation.report.page import verdict_page
 
 needs_ipctk = pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
 
@@ -278,6 +279,8 @@ def test_an_impact_between_pinned_points_is_no_traceback():
     assert len(impacts.toi) == 1
     verdict = check(scene, SavedResult(end, 1e-3, impacts, np.ones(1)))
     assert not verdict.passed
-    assert verdict.excluded.startswith("1 pair was left out")
+    assert verdict.excluded["count"] == 1
+    assert "1 pair was left out" in verdict_line(verdict)
+    assert "1 pair was left out" in verdict_page("a step", scene, verdict)
     questions = {fact.question: fact.passed for fact in verdict.facts}
     assert questions["each zone is optimal"] is False

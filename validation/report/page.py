@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from izo_ref.app.picture import draw
+from izo_ref.app.summary import excluded_line
 from izo_ref.base.arrays import AnyInts, Flags, Floats, Indices, Ints, Positions
 from izo_ref.scene import Scene
 from validation.check import Verdict
@@ -33,12 +34,32 @@ def verdict_page(title: str, scene: Scene, verdict: Verdict) -> str:
     pictures += [_crossing(scene, verdict, verdict.crossing[i]) for i in apart]
     rows = "\n".join(_row(fact) for fact in verdict.facts)
     word = "passed" if verdict.passed else "failed"
+    if verdict.excluded["count"]:
+        word += ", except for pairs that were left out"
     figures = "\n".join(
         f'<figure><img src="data:image/png;base64,{data}" alt="{html.escape(caption)}">'
         f"<figcaption>{html.escape(caption)}</figcaption></figure>"
         for data, caption in pictures
     )
-    return PAGE.format(title=html.escape(title), word=word, rows=rows, figures=figures)
+    left_out = _left_out(verdict)
+    return PAGE.format(
+        title=html.escape(title), word=word, left_out=left_out, rows=rows, figures=figures
+    )
+
+
+def _left_out(verdict: Verdict) -> str:
+    """Return a paragraph about the pairs that were left out, and a list of the first ones."""
+    summary = verdict.excluded
+    if not summary["count"]:
+        return ""
+    items = "\n".join(
+        f"<li>{row['kind']} {row['nodes']}: {row['reason']}, {row['at_end']} at the end</li>"
+        for row in summary["first"]
+    )
+    return (
+        f"<p><strong>Nothing is said about some pairs.</strong> {excluded_line(summary)}. "
+        f"The first of them:</p>\n<ul>\n{items}\n</ul>"
+    )
 
 
 def _row(fact: Fact) -> str:
@@ -175,6 +196,7 @@ figcaption {{ font-size: .9em; color: #555; }}
 </head>
 <body>
 <h1>{title}: {word}</h1>
+{left_out}
 <table>
 <tr><th></th><th>Question</th><th>Asked</th><th>Answer</th><th>Time</th></tr>
 {rows}
