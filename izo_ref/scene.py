@@ -223,7 +223,7 @@ class Scene:
         if result.certificate.excluded is not None:
             scene._check_start()
             if self.initial_intersections == "ratchet":
-                scene._keep_excluded(self.excluded)
+                scene._keep_excluded(result.certificate.excluded)
         return scene
 
     def _weld(self, tolerance: float) -> None:

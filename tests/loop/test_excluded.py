@@ -232,3 +232,32 @@ def test_exclusion_modes_are_checked():
         izo_ref.Scene(start, start, faces, prescribed="ignore")
     with pytest.raises(izo_ref.errors.OptionError, match="initial_intersections"):
         izo_ref.Scene(start, start, faces, initial_intersections=True)
+
+
+def test_pinned_pairs_that_met_stay_left_out_when_their_vertices_are_set_free():
+    start = np.array([[-1.0, 0, 1], [1, 0, 1], [0, 0, 3], [0, -1, 0], [0, 1, 0], [0, 0, -3]])
+    end = start.copy()
+    end[:3, 2] -= 1.5
+    modes = {"pinned": [1, 1, 0, 1, 1, 0], "initial_intersections": "ratchet"}
+    scene = izo_ref.Scene(start, end, [[0, 1, 2], [3, 4, 5]], **modes)
+    result = izo_ref.resolve(scene, THICKNESS)
+    assert result.certificate.excluded.nodes.tolist() == [[0, 1, 3, 4]]
+    following = scene.after(result, result.positions, pinned=np.zeros(6, bool))
+    assert following.excluded.nodes.tolist() == [[0, 1, 3, 4]]
+    again = izo_ref.resolve(following, THICKNESS)
+    assert again.status is Status.FREE_EXCEPT_EXCLUDED
+    assert again.certificate.excluded_ends.tolist() == [PairState.CROSSING]
+
+
+def test_pairs_that_met_between_pinned_corners_of_free_faces_stay_left_out():
+    """A pinned corner goes through another one; two edges that begin there touch at the end."""
+    start = np.array([[0.0, 0, 1], [1, 0, 3], [0, 1, 3], [0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    end = start.copy()
+    end[:3, 2] -= 1.5
+    modes = {"pinned": [1, 0, 0, 1, 0, 0], "initial_intersections": "ratchet"}
+    scene = izo_ref.Scene(start, end, [[0, 1, 2], [3, 4, 5]], **modes)
+    assert scene.excluded is None
+    result = izo_ref.resolve(scene, THICKNESS)
+    assert PairState.TOUCHING in result.certificate.excluded_ends
+    following = scene.after(result, result.positions)
+    assert izo_ref.resolve(following, THICKNESS).status is Status.FREE_EXCEPT_EXCLUDED

@@ -136,4 +136,12 @@ STARTS = [
         "Impacts that are satisfied keep others out of the zones, until no iteration is left.",
         (EXCLUDED,),
     ),
+    Fault(
+        "prescribed-pairs-come-back",
+        "izo_ref/scene.py",
+        "                scene._keep_excluded(result.certificate.excluded)\n",
+        "                scene._keep_excluded(self.excluded)\n",
+        "Pairs that went through each other between pinned points are protected where they cross.",
+        (EXCLUDED,),
+    ),
 ]
