@@ -12,6 +12,7 @@ import numpy as np
 from izo_ref.base.arrays import Faces, Flags, Floats, Indices, Masses, Positions
 from izo_ref.base.errors import DegenerateFaceError, NonFiniteError, WeldError
 from izo_ref.base.records import TreeOrders
+from izo_ref.base.units import largest
 from izo_ref.detection.mesh import edges_of
 from izo_ref.detection.rows import equal_rows, first_of_each
 
@@ -21,6 +22,7 @@ MOST_NEAR = 64
 # The factor covers the rounding of two distances of the same vertices that are computed in two
 # ways: each has less than 8 operations with an error of 2^-53.
 ROUNDING = 1.0 + 2.0**-49
+LARGE = 2.0**1022  # differences of larger coordinates may overflow
 
 
 def find_copies(
@@ -173,17 +175,21 @@ def _joined(
 
     _, one = np.unique(group, return_index=True)  # a vertex of each group
     k, start, end = len(one), positions_t0[one], positions_t1[one]
-    tree = KDTree(start)
-    n_near = (tree.count_neighbors(tree, tolerance) - k) / k
+    # The tree looks at the largest difference of coordinates, because squares of very large or very
+    # small lengths overflow or underflow; it takes halves where even a difference may overflow.
+    unit = 0.5 if largest(start) > LARGE else 1.0
+    tree, reach = KDTree(unit * start), unit * tolerance
+    n_near = (tree.count_neighbors(tree, reach, p=np.inf) - k) / k
     if n_near > MOST_NEAR:
         raise WeldError(
             f"weld: expected a tolerance that joins copies alone, got {tolerance:g} m, within "
             f"which each vertex has {n_near:.0f} others on average. Pass a distance [m] much less "
             "than the length of an edge"
         )
-    pairs = tree.query_pairs(tolerance, output_type="ndarray")
-    near = _distances(end[pairs[:, 0]], end[pairs[:, 1]]) <= tolerance
-    a, b = pairs[near].T
+    a, b = tree.query_pairs(reach, p=np.inf, output_type="ndarray").T
+    near = _distances(start[a], start[b]) <= tolerance
+    near &= _distances(end[a], end[b]) <= tolerance
+    a, b = a[near], b[near]
     graph = coo_array((np.ones(len(a), np.int8), (a, b)), (k, k))
     return connected_components(graph, directed=False)[1].astype(np.int64)[group]
 

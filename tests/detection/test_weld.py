@@ -135,3 +135,18 @@ def test_without_coincident_vertices_weld_changes_nothing():
     assert scene.copies is None
     assert scene.unwelded == {}
     assert scene.masses.tolist() == [1.0] * 16
+
+
+@pytest.mark.parametrize("exponent", [-1000, -600, 0, 600, 1000])
+def test_vertices_of_any_size_are_joined_as_others_are(rng, exponent):
+    start = rng.integers(0, 4, (60, 3)) + rng.integers(-1, 2, (60, 3)) * 2.0**-12
+    end = np.where(rng.random((60, 1)) < 0.5, start, 0.0)  # many vertices that start apart end here
+    tolerance, unit = 2.0**-10, 2.0**exponent
+    copies = weld.find_copies(unit * start, unit * end, free(60), unit * tolerance)
+    np.testing.assert_array_equal(copies, joined_by_hand(start, end, tolerance))
+
+
+def test_a_vertex_far_out_does_not_keep_others_from_being_joined():
+    far = 1.7e308
+    points = np.array([[0, 0, 0], [far, far, 0], [1e-7, 0, 0], [-far, 0, 0]])
+    assert weld.find_copies(points, points, free(4), 1e-6).tolist() == [0, 1, 0, 3]
