@@ -305,14 +305,24 @@ def _keys_to_ignore(scene: SceneArrays) -> Indices:
         return np.empty(0, np.int64)
     nodes = np.concatenate([part.nodes for part in parts]).astype(np.int64)
     ee = np.concatenate([part.is_edge_edge for part in parts])
-    faces = _row_numbers(scene.faces, nodes[~ee, 1:])
-    one, other = _row_numbers(scene.edges, nodes[ee, :2]), _row_numbers(scene.edges, nodes[ee, 2:])
-    low, high = np.minimum(one, other), np.maximum(one, other)
-    vertex_face = (nodes[~ee, 0] << 32 | faces) + VERTEX_FACE_OFFSET
-    return np.sort(np.concatenate((vertex_face, low << 32 | high)))
+    twins = _rows_of(scene.faces)  # faces with the same corners have the same pairs
+    vertex_face = [
+        vertex << 32 | face
+        for vertex, *corners in nodes[~ee].tolist()
+        for face in twins[tuple(sorted(corners))]
+    ]
+    edges = _rows_of(scene.edges)
+    edge_edge = []
+    for a, b, c, d in nodes[ee].tolist():
+        low, high = sorted((*edges[min(a, b), max(a, b)], *edges[min(c, d), max(c, d)]))
+        edge_edge.append(low << 32 | high)
+    keys = np.array(vertex_face, np.int64) + VERTEX_FACE_OFFSET, np.array(edge_edge, np.int64)
+    return np.unique(np.concatenate(keys))
 
 
-def _row_numbers(rows: Ints, wanted: Indices) -> Indices:
-    """Return the number of the row that has the nodes of each wanted row, in any order, (n,) i8."""
-    numbers = {tuple(sorted(row)): i for i, row in enumerate(rows.tolist())}
-    return np.array([numbers[tuple(sorted(row))] for row in wanted.tolist()], np.int64)
+def _rows_of(rows: Ints) -> dict[tuple[int, ...], list[int]]:
+    """Return the numbers of the rows that have some nodes, by these nodes in ascending order."""
+    numbers: dict[tuple[int, ...], list[int]] = {}
+    for i, row in enumerate(rows.tolist()):
+        numbers.setdefault(tuple(sorted(row)), []).append(i)
+    return numbers

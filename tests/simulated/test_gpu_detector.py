@@ -11,6 +11,7 @@ from izo_ref.base.records import ExcludedPairs
 from izo_ref.detection import gpu_detector as detect
 from izo_ref.detection.trees import VertexBoxes
 from tests.helpers.shapes import two_sheets, vertex_over_face
+from tests.helpers.touching import random_scene
 
 
 def scenes(rng):
@@ -43,6 +44,26 @@ def test_excluded_pairs_are_left_out(rng):
     found = izo_ref.find_impacts(scene, device="cuda")
     assert len(found.toi) == len(every.toi) // 2
     assert np.array_equal(found.nodes, izo_ref.find_impacts(scene).nodes)
+
+
+@pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
+@pytest.mark.parametrize("twins", [False, True])
+def test_starts_that_touch_or_cross_end_as_on_the_cpu(twins):
+    """With and without faces that have the same corners as others."""
+    seen = np.zeros(2, int)
+    for seed in range(24):
+        start, end, faces, pinned = random_scene(np.random.default_rng(seed))
+        if twins:
+            faces = np.concatenate((faces, faces[:, [1, 2, 0]]))
+        scene = izo_ref.Scene(start, end, faces, pinned=pinned, initial_intersections="ratchet")
+        seen += scene.touching is not None, scene.excluded is not None
+        expected, found = (izo_ref.find_impacts(scene, device=name) for name in ("cpu", "cuda"))
+        for own, other in zip(found, expected, strict=True):
+            assert np.array_equal(own, other)
+        by_cpu, by_gpu = (izo_ref.resolve(scene, 0.01, name) for name in ("cpu", "cuda"))
+        assert by_gpu.status is by_cpu.status
+        assert np.array_equal(by_gpu.positions, by_cpu.positions)
+    assert seen.min() > 5
 
 
 def test_boxes_hold_all_elements_and_lanes_mark_the_moving_ones(rng):
