@@ -206,3 +206,11 @@ def test_a_start_that_crosses_by_less_than_rounding_is_refused(height):
     start = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.25, 0.25, height], [0, 0, 1], [1, 0, 1]])
     with pytest.raises(izo_ref.base.errors.InitialIntersectionError):
         izo_ref.Scene(start, start, [[0, 1, 2], [3, 4, 5]])
+
+
+@pytest.mark.parametrize("name", ["weld", "masses", "positions_t1"])
+def test_integers_that_no_float_holds_are_refused(name):
+    start = np.eye(3)
+    arrays = {"positions_t0": start, "positions_t1": start, "faces": [[0, 1, 2]]}
+    with pytest.raises(errors.IzoError, match=f"{name}: expected"):
+        izo_ref.Scene(**(arrays | {name: 10**400}))

@@ -111,7 +111,7 @@ def _rectangular(name: str, values: Any, width: int) -> AnyArray:
     """Return values as an array; name the first row that has another length than `width`."""
     try:
         array = np.asarray(values)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         lengths = [len(row) if hasattr(row, "__len__") else 1 for row in values]
         other = next((i for i, length in enumerate(lengths) if length != width), None)
         found = f": {error}" if other is None else f", got {lengths[other]} in row {other}"
@@ -137,7 +137,7 @@ def _integers(name: str, array: AnyArray) -> AnyArray:
     if array.dtype.kind in "fO":
         try:
             numbers = array.astype(np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             numbers = np.full(array.shape, np.nan)
         other = np.argwhere(~(np.abs(numbers) < 2.0**31) | (numbers != np.round(numbers)))
         if len(other) == 0:
@@ -265,7 +265,7 @@ def weld(value: Any) -> float | None:
         return None
     try:
         number = math.nan if isinstance(value, (bool, np.bool_)) else float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not 0.0 <= number < math.inf:
         raise OptionError(
@@ -283,7 +283,7 @@ def thickness(value: Any) -> float:
     """
     try:
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not (number > 0.0 and math.isfinite(number)):
         raise ThicknessError(f"thickness: expected a finite number > 0 [m], got {value!r}")
@@ -308,7 +308,7 @@ def _shaped(name: str, values: Any, shape: tuple[int | None, ...]) -> Floats:
         if kind.kind in "cSU":
             raise TypeError(f"got {kind}")
         array = np.array(values, dtype=np.float64, order="C")
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise ShapeError(f"{name}: expected real numbers of shape {text}: {error}") from None
     fits = array.ndim == len(shape) and all(
         want is None or want == found for want, found in zip(shape, array.shape, strict=True)
