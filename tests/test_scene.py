@@ -143,6 +143,8 @@ def test_what_is_no_scene_is_refused(call):
 def test_what_is_no_options_is_refused():
     with pytest.raises(errors.OptionError, match="options: expected Options, got dict"):
         izo_ref.resolve(scene(), options={})
+    with pytest.raises(errors.OptionError, match="on_iteration: expected a function"):
+        izo_ref.resolve(scene(), on_iteration=1)
     with pytest.raises(errors.OptionError, match="options: expected Options, got dict"):
         izo_ref.plan(scene(), {"relinearize": 1})
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from izo_ref.app.summary import excluded_line, excluded_summary
 from izo_ref.base.arrays import AnyInts, Positions
-from izo_ref.base.records import ExcludedPairs, SceneArrays, TouchingPairs
+from izo_ref.base.records import ExcludedPairs, SceneArrays
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.scene import Scene
 from izo_ref.zones.objective import objective
@@ -139,14 +139,14 @@ def _path_by_others(certificate: PathCertificate) -> tuple[str, bool]:
     own, edges, faces = _without_copies(scene)
     nodes, kinds, _, complete = ipc.path_hits(start[own], positions[own], edges, faces, HITS)
     nodes = own[nodes]
-    excluded, touching = _keys(certificate.excluded), _keys(scene.touching)
+    excluded = _keys(certificate.excluded)
     met = alarms = left_out = 0
-    for row, is_edge_edge in zip(nodes, kinds, strict=True):
-        key = _key(row, is_edge_edge)
-        meets = path_oracle.meets_after_start if key in touching else path_oracle.meets
-        if key in excluded:
+    for row, kind in zip(nodes, map(bool, kinds), strict=True):
+        touches = path_oracle.meets(kind, start[row], start[row])
+        meets = path_oracle.meets_after_start if touches else path_oracle.meets
+        if _key(row, kind) in excluded:
             left_out += 1
-        elif meets(bool(is_edge_edge), start[row], positions[row]):
+        elif meets(kind, start[row], positions[row]):
             met += 1
         else:
             alarms += 1
@@ -156,7 +156,8 @@ def _path_by_others(certificate: PathCertificate) -> tuple[str, bool]:
             path_oracle.goes_through_after_start(start[row], positions[row])
             for row in scene.touching.edge_faces
         )
-        answer += f"; {len(touching)} pairs touch at the start, {through} edges go through faces"
+        n = len(scene.touching.nodes)
+        answer += f"; {n} pairs touch at the start, {through} edges go through faces"
         met += through
     if alarms:
         answer += f"; {alarms} pairs come within the tolerance of ipctk, 1e-9, but do not meet"
@@ -188,7 +189,7 @@ def _key(nodes: AnyInts, is_edge_edge: bool) -> PairKey:
     return bool(is_edge_edge), frozenset(sides)
 
 
-def _keys(pairs: ExcludedPairs | TouchingPairs | None) -> set[PairKey]:
+def _keys(pairs: ExcludedPairs | None) -> set[PairKey]:
     if pairs is None:
         return set()
     return {_key(row, kind) for row, kind in zip(pairs.nodes, pairs.is_edge_edge, strict=True)}

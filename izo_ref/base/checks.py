@@ -226,6 +226,16 @@ def choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
         raise OptionError(f"{name}: expected one of {choices}, got {value!r}")
 
 
+def function(name: str, value: Any) -> None:
+    """Check that an argument is a function or None.
+
+    Raises:
+        OptionError: It is something else.
+    """
+    if value is not None and not callable(value):
+        raise OptionError(f"{name}: expected a function or None, got {type(value).__name__}")
+
+
 def scene(value: Any) -> None:
     """Check that a value has the arrays of a scene.
 

@@ -35,7 +35,8 @@ class PathCertificate(NamedTuple):
 
     Attributes:
         free: True if every pair is apart, except the excluded pairs. Pairs that touch at the start
-            and keep to their side (`Scene.touching`) are apart from then on, on that side.
+            (`Scene.touching`) are apart from then on, and no edge goes through a face with which
+            it touched.
         candidates: Number of candidate pairs, whose moving boxes meet. All other pairs are apart
             because their boxes are, or because they are at rest.
         vertex_face: Number of vertex-face pairs among the candidates.

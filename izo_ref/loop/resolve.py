@@ -136,6 +136,7 @@ def resolve(
     """
     checks.scene(scene)
     options = checks.options(options)
+    checks.function("on_iteration", on_iteration)
     device = choose_device(device, scene)
     twin, units = scene_in_range(scene)
     if thickness is not None:

@@ -14,11 +14,12 @@ from typing import Any
 import numpy as np
 
 from izo_ref.base.devices import implementation
-from izo_ref.base.records import SceneArrays, Status
+from izo_ref.base.records import SceneArrays
 from izo_ref.base.sizes import positions_back
 from izo_ref.base.units import Units, times_power
 from izo_ref.certificate.certify import certify_path
 from izo_ref.loop.iterate import Iteration
+from izo_ref.loop.verdict import statuses_of_zones, verdict
 
 
 def iterations_back(
@@ -59,7 +60,8 @@ def result_back(
     """
     positions = positions_back(scene, twin, result.positions, units)
     certificate = certify_path(scene, positions, result.options.rules, device)
-    kept = certificate.free == result.certificate.free
+    facts = certificate, result.scaled_back, result.residuals, result.options
+    status, converged, feasible = verdict(*facts)
     on_gpu = result.positions_on_gpu
     if on_gpu is not None:
         to_gpu = implementation("cuda", np.asarray, "izo_ref.base.gpu_arrays:to_gpu")
@@ -68,16 +70,17 @@ def result_back(
         result,
         positions=positions,
         positions_on_gpu=on_gpu,
-        status=result.status if kept else Status.BLOCKED,
+        status=status,
         objective=times_power(result.objective, -2 * units.length),
         thickness=times_power(result.thickness, -units.length),
-        converged=result.converged and kept,
-        feasible=result.feasible and kept,
+        converged=converged,
+        feasible=feasible,
         multipliers=times_power(result.multipliers, -units.length - units.mass),
         residuals=[
             judged._replace(violation_m=times_power(judged.violation_m, -units.length))
             for judged in result.residuals
         ],
+        zone_statuses=statuses_of_zones(result.zones, *facts),
         certificate=certificate,
         time_free=certificate.time_free,
         history=[_iteration_back(record, units) for record in result.history],

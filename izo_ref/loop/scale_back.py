@@ -36,10 +36,11 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
     """Scale the zones in trouble back until the path is free, or nothing is left to scale.
 
     The zones in trouble are those with a pair that still meets; they are joined with the zones
-    that they meet. The start is free. A displacement that is scaled evenly follows the beginning
-    of the same path, so at some scale nothing in a group meets anything else in the group. Each
+    that they meet. A displacement that is scaled evenly follows the beginning of the same path. So
+    if the start is free, at some scale nothing in a group meets anything else in the group. Each
     round lowers the scale of a group or ends, so the number of rounds is finite. Pinned vertices
-    are not scaled back. If they still meet a group that stays at the start, the step is blocked.
+    are not scaled back. If they still meet a group that stays at the start, or if the group touches
+    itself there, it is blocked.
 
     Args:
         loop: The loop; its step is on the CPU, and its positions are changed.
