@@ -46,6 +46,12 @@ def step_names() -> list[str]:
     return names
 
 
+# Modes of `Scene` for single steps. The pinned plates of these go through each other, which ends
+# the step at once, as in the systems that they are compared with. By default the sheet between them
+# would be resolved as far as it can be, in a hundred iterations.
+MODES = {name: {"prescribed": "block"} for name in ("pinch-blocked", "pinch-blocked-10k")}
+
+
 def load_step(name: str, **kwargs: Any) -> Scene:
     """Read a step.
 
@@ -60,7 +66,8 @@ def load_step(name: str, **kwargs: Any) -> Scene:
         IzoError: The step is not valid, for example because it intersects at the start.
     """
     arrays = load(name)
-    return Scene(**{key: arrays[key] for key in STEP_ARRAYS if key in arrays}, **kwargs)
+    own = {key: arrays[key] for key in STEP_ARRAYS if key in arrays}
+    return Scene(**own, **(MODES.get(name, {}) | kwargs))
 
 
 def load_zone(name: str) -> ZoneProblem:
