@@ -49,7 +49,9 @@ def step_names() -> list[str]:
 # Modes of `Scene` for single steps. The pinned plates of these go through each other, which ends
 # the step at once, as in the systems that they are compared with. By default the sheet between them
 # would be resolved as far as it can be, in a hundred iterations.
-MODES = {name: {"prescribed": "block"} for name in ("pinch-blocked", "pinch-blocked-10k")}
+MODES: dict[str, dict[str, Any]] = {
+    name: {"prescribed": "block"} for name in ("pinch-blocked", "pinch-blocked-10k")
+}
 
 
 def load_step(name: str, **kwargs: Any) -> Scene:
