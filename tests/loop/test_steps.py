@@ -117,7 +117,7 @@ def test_cloth_ball_is_refused_because_its_start_intersects():
     "name", ["pinch-blocked", pytest.param("pinch-blocked-10k", marks=pytest.mark.data)]
 )
 def test_pinch_blocked_is_blocked_with_pairs_and_time(name):
-    scene = load_step(name)
+    scene = load_step(name, prescribed="exclude")
     result = izo_ref.resolve(scene, THICKNESS)
     assert result.status is Status.BLOCKED
     assert 0.0 < result.time_free < 1.0
