@@ -10,7 +10,15 @@ from fractions import Fraction
 from typing import Any, TypeAlias
 
 from izo_ref.base.arrays import Floats
-from izo_ref.base.exact_vectors import NOWHERE, Point, cross, dot, minus, unit_vector
+from izo_ref.base.exact_vectors import (
+    NOWHERE,
+    Point,
+    cross,
+    dot,
+    integer_points,
+    minus,
+    unit_vector,
+)
 
 # A vector times a positive integer: the coordinates, and that integer.
 Scaled: TypeAlias = tuple[Point, int]
@@ -26,15 +34,8 @@ def exact_normal(is_edge_edge: bool, points: Any) -> Floats | None:
     Returns:
         The unit vector, rounded to floats; None if the sides touch.
     """
-    vector, _ = min(_candidates(is_edge_edge, *_integers(points)), key=_length_sq)
+    vector, _ = min(_candidates(is_edge_edge, *integer_points(points)), key=_length_sq)
     return None if vector == NOWHERE else unit_vector(vector)
-
-
-def _integers(points: Any) -> list[Point]:
-    ratios = [[float(x).as_integer_ratio() for x in point] for point in points]
-    unit = max(denominator for row in ratios for _, denominator in row)
-    rows = [[n * (unit // d) for n, d in row] for row in ratios]
-    return [(x, y, z) for x, y, z in rows]
 
 
 def _candidates(is_edge_edge: bool, p: Point, q: Point, r: Point, s: Point) -> list[Scaled]:

@@ -21,6 +21,7 @@ Source: docs/method section 8; S. Basu, R. Pollack, M.-F. Roy, Algorithms in Rea
 from typing import Any, TypeAlias
 
 from izo_ref.base.algebraic import AlgebraicTime, float_below, roots_in_unit_interval, sign_at
+from izo_ref.base.exact_vectors import integer_points, minus
 from izo_ref.base.polynomials import Polynomial, add, cross, multiply, sign_of, trimmed
 
 Vector: TypeAlias = list[Polynomial]  # three coordinates
@@ -32,15 +33,12 @@ def _relative_nodes(start: Any, end: Any) -> list[Vector]:
     All coordinates are multiplied by one power of two that makes them integers. This changes no
     answer.
     """
-    ratios = [
-        [float(x).as_integer_ratio() for x in (*p, *q)] for p, q in zip(start, end, strict=True)
-    ]
-    unit = max(denominator for row in ratios for _, denominator in row)
-    rows = [[n * (unit // d) for n, d in row] for row in ratios]
+    points = integer_points([*start, *end])
+    first, *others = zip(points[: len(start)], points[len(start) :], strict=True)
     nodes = []
-    for row in rows[1:]:
-        offset = [x - x0 for x, x0 in zip(row, rows[0], strict=True)]
-        nodes.append([trimmed([a, b - a]) for a, b in zip(offset[:3], offset[3:], strict=True)])
+    for node in others:
+        e_t0, e_t1 = (minus(p, q) for p, q in zip(node, first, strict=True))
+        nodes.append([trimmed([a, b - a]) for a, b in zip(e_t0, e_t1, strict=True)])
     return nodes
 
 

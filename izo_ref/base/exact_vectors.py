@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from math import hypot
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,18 @@ NOWHERE: Point = (0, 0, 0)  # the zero vector
 # Bits of the largest coordinate of a vector that are kept when it becomes a unit vector. Its length
 # then neither overflows nor underflows.
 KEPT_BITS = 64
+
+
+def integer_points(points: Any) -> list[Point]:
+    """Return points times one power of two that makes all their coordinates integers.
+
+    Args:
+        points: (n, 3) f8, finite.
+    """
+    ratios = [[float(x).as_integer_ratio() for x in point] for point in points]
+    unit = max((denominator for row in ratios for _, denominator in row), default=1)
+    rows = ([n * (unit // d) for n, d in row] for row in ratios)
+    return [(x, y, z) for x, y, z in rows]
 
 
 def minus(a: Point, b: Point) -> Point:

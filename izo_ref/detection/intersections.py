@@ -42,12 +42,18 @@ class Intersections(NamedTuple):
         """Return which pairs of each edge and the face that it meets touch.
 
         Returns:
-            (n, 5) i4, indices of pairs among those that touch; -1 for a pair that is apart. The
-            edge goes through the inside of the face if all five are apart.
+            (n, 5) i4, indices of pairs among those that touch; -1 for a pair that is apart.
         """
         fives = pair_keys(pairs_of_crossings(self.crossing_edges, self.crossed_faces))
         by_key = {key: i for i, key in enumerate(pair_keys(self.touching))}
         return np.array([by_key.get(key, -1) for key in fives], np.int32).reshape(5, -1).T
+
+    def go_through(self) -> Flags:
+        """Return which edges go through the inside of the face that they meet, (n,) b1.
+
+        All five pairs of such an edge and its face are apart.
+        """
+        return np.asarray((self.touching_pairs_of_contacts() < 0).all(axis=1))
 
     def unprescribed(self, pinned: Flags) -> Intersections:
         """Return the intersections that have a vertex which is not pinned.
@@ -71,7 +77,7 @@ class Intersections(NamedTuple):
 
     def describe(self, most: int) -> str:
         """Return the number of each kind of intersections, and name the first `most` of each."""
-        through = (self.touching_pairs_of_contacts() < 0).all(axis=1)
+        through = self.go_through()
         edges, faces = self.crossing_edges[through], self.crossed_faces[through]
         parts = []
         if len(edges):
@@ -131,7 +137,7 @@ def states_of_pairs(
         orders: Orders in which vertices, edges and faces enter trees; from the positions if None.
     """
     found = find_intersections(positions, edges, faces, orders)
-    through = (found.touching_pairs_of_contacts() < 0).all(axis=1)
+    through = found.go_through()
     fives = pairs_of_crossings(found.crossing_edges[through], found.crossed_faces[through])
     states = dict.fromkeys(pair_keys(found.touching), PairState.TOUCHING)
     states |= dict.fromkeys(pair_keys(fives), PairState.CROSSING)

@@ -29,7 +29,7 @@ All coordinates are integers, by one power of two for the mesh, so nothing below
 from __future__ import annotations
 
 from collections.abc import Iterator
-from enum import Enum
+from enum import IntEnum
 from fractions import Fraction
 from itertools import combinations, product
 from typing import NamedTuple, TypeAlias
@@ -37,12 +37,21 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from izo_ref.base.arrays import Faces, Floats, Nodes, Positions
-from izo_ref.base.exact_vectors import NOWHERE, Point, cross, dot, minus, unit_vector
+from izo_ref.base.exact_vectors import (
+    NOWHERE,
+    Point,
+    cross,
+    dot,
+    integer_points,
+    minus,
+    unit_vector,
+)
+from izo_ref.base.polynomials import sign_of
 
 Feature: TypeAlias = tuple[int, ...]  # vertices: one, the two of an edge, or the three of a face
 
 
-class Side(Enum):
+class Side(IntEnum):
     """What the mesh tells about a pair that touches."""
 
     TOLD = 0  # the first side is on the side of `normal`
@@ -81,10 +90,8 @@ class Sides:
         for row in faces[touched[faces].any(axis=1)].tolist():
             for vertex in row:
                 self._faces_at.setdefault(vertex, []).append(tuple(row))
-        self._positions = positions
-        exponents = np.frexp(positions[positions != 0.0])[1]
-        self._shift = 53 - int(exponents.min(initial=0))  # makes all coordinates integers
-        self._points: dict[int, Point] = {}
+        used = sorted({*self._faces_at, *np.unique(nodes).tolist()})
+        self._points = dict(zip(used, integer_points(positions[used]), strict=True))
         self._answers: dict[tuple[Feature, Feature], tuple[Side, Floats]] = {}
 
     def contact(self, is_edge_edge: bool, nodes: list[int]) -> Contact | None:
@@ -94,7 +101,7 @@ class Sides:
             is_edge_edge: True for two edges, False for a vertex and a face.
             nodes: The four nodes of a pair that touches.
         """
-        points = [self._point(node) for node in nodes]
+        points = [self._points[node] for node in nodes]
         weights = (_edge_edge_weights if is_edge_edge else _vertex_face_weights)(*points)
         if weights is None:
             return None
@@ -114,13 +121,6 @@ class Sides:
             self._answers[features] = self._decide(*features)
         return self._answers[features]
 
-    def _point(self, vertex: int) -> Point:
-        if vertex not in self._points:
-            row = [float(x).as_integer_ratio() for x in self._positions[vertex]]
-            x, y, z = (n << self._shift >> (d.bit_length() - 1) for n, d in row)
-            self._points[vertex] = x, y, z
-        return self._points[vertex]
-
     def _decide(self, first: Feature, second: Feature) -> tuple[Side, Floats]:
         """Return what the stars of two features tell, and the unit normal."""
         star, other = self._star(first), self._star(second)
@@ -128,8 +128,8 @@ class Sides:
         candidates = self._normals(first, second, star, other) if own is None else [own]
         told, all_flat = np.zeros(3), True
         for normal in candidates:
-            signs = [_sign(dot(normal, v)) for v in star]
-            others = [_sign(dot(normal, v)) for v in other]
+            signs = [sign_of(dot(normal, v)) for v in star]
+            others = [sign_of(dot(normal, v)) for v in other]
             if not (any(signs) or any(others)):
                 continue
             all_flat = False
@@ -179,7 +179,7 @@ class Sides:
         return [face for face in around if set(feature) <= set(face)]
 
     def _edge(self, a: int, b: int) -> Point:
-        return minus(self._point(b), self._point(a))
+        return minus(self._points[b], self._points[a])
 
 
 def _vertex_face_weights(v: Point, a: Point, b: Point, c: Point) -> list[Fraction] | None:
@@ -213,7 +213,3 @@ def _edge_edge_weights(p: Point, q: Point, r: Point, s: Point) -> list[Fraction]
         along_u = (low + high) / 2
         along_w = (along_u - ends[0]) / (ends[1] - ends[0])
     return [1 - along_u, along_u, along_w - 1, -along_w]
-
-
-def _sign(number: int) -> int:
-    return (number > 0) - (number < 0)

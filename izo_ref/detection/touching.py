@@ -55,12 +55,12 @@ def sort_start(
     told = _tell_sides(positions, faces, found.touching)
     fives = pairs_of_crossings(found.crossing_edges, found.crossed_faces)
     touching = found.touching_pairs_of_contacts()
-    crossing = np.append(told.sides == Side.CROSSING.value, False)  # the last for an index of -1
+    crossing = np.append(told.sides == Side.CROSSING, False)  # the last for an index of -1
     through = (touching < 0).all(axis=1) | crossing[touching].any(axis=1)
     lost = np.zeros(len(crossing), bool)
     lost[touching[through]] = True
     lost = lost[:-1] | crossing[:-1]
-    kept = ~lost & (told.sides == Side.TOLD.value)
+    kept = ~lost & (told.sides == Side.TOLD)
     if prescribed is not None:
         kept &= ~prescribed[found.touching.nodes].all(axis=1)
     crossings = unique_pairs([_rows(fives, np.tile(through, 5)), _rows(found.touching, lost)])
@@ -76,14 +76,14 @@ def sort_start(
 
 def _tell_sides(positions: Positions, faces: Faces, touching: Pairs) -> _Told:
     n = len(touching.nodes)
-    told = _Told(np.full(n, Side.UNTOLD.value, np.int8), np.zeros((n, 4)), np.zeros((n, 3)))
+    told = _Told(np.full(n, Side.UNTOLD, np.int8), np.zeros((n, 4)), np.zeros((n, 3)))
     sides = Sides(positions, faces, touching.nodes)
     for i, is_edge_edge in enumerate(touching.is_edge_edge.tolist()):
         contact = sides.contact(is_edge_edge, touching.nodes[i].tolist())
         if contact is None:
             continue
         side, normal = sides.side(contact)
-        told.sides[i], told.normals[i] = side.value, normal
+        told.sides[i], told.normals[i] = side, normal
         told.weights[i] = [float(weight) for weight in contact.weights]
     return told
 

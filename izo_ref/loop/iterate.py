@@ -130,7 +130,7 @@ class Loop:
         """Return whether the first detection found no pair that really meets.
 
         Detection calls a pair an impact if it cannot prove it apart, for example because the sides
-        start closer to each other than rounding can tell. If one of some impacts meets, the
+        come closer to each other than rounding can tell. If one of some impacts meets, the
         proposed positions are not free. Floats nearly always say so; else exact arithmetic does,
         impact by impact, in a millisecond each. Only if none of them meets, which is rare, the
         certificate decides about all pairs.
