@@ -77,10 +77,10 @@ def excluded_line(summary: dict[str, Any]) -> str:
     """
     n, why, end = summary["count"], summary["reasons"], summary["at_end"]
     return (
-        f"{n} {'pair was' if n == 1 else 'pairs were'} left out: {why['crossing']} cross at the "
-        f"start, {why['touching']} touch there and the mesh tells no side, {why['prescribed']} are "
-        f"between pinned points; at the end, {end['apart']} are apart, {end['touching']} touch and "
-        f"{end['crossing']} cross"
+        f"{n} {'pair was' if n == 1 else 'pairs were'} left out (cross at the start: "
+        f"{why['crossing']}, touch there and the mesh tells no side: {why['touching']}, between "
+        f"pinned points: {why['prescribed']}); at the end (apart: {end['apart']}, touching: "
+        f"{end['touching']}, crossing: {end['crossing']})"
     )
 
 

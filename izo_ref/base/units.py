@@ -18,9 +18,7 @@ would have to be computed with other masses than those that came in, and would g
 
 **Ratios of masses.** The largest mass is at most 2^100 = 1.3e30 times the smallest one. Up to there
 each vertex of random zones of 10 and of 60 impacts ends where it does in rational arithmetic, up to
-1e-13 of the largest move. At 1e40 the error is 1e-12, at 1e80 it is 1e-6, and the distance bound
-says nothing any more. Of six zones of 300 impacts, one was not solved at ratios from 1e24 to 1e36;
-its residuals say so.
+1e-13 of the largest move. Beyond it errors grow, and the distance bound soon says nothing.
 """
 
 from __future__ import annotations
