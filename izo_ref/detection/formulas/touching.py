@@ -17,11 +17,10 @@ UNKNOWN = 2
 
 
 @compiled
-def is_apart_after_start(a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3) -> bool:
-    """Return whether a pair whose nodes are coplanar at t = 0 is certainly apart on (0, 1].
-
-    a_k and b_k are nodes 1 to 3 relative to node 0 at t = 0 and t = 1.
-    """
+def _scaled(
+    a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3
+) -> tuple[Vec3, Vec3, Vec3, Vec3, Vec3, Vec3, float]:
+    """Return the nodes times a power of two that brings them near 1, and the cubic's error."""
     m1 = max(max_abs3(a1), max_abs3(b1))
     m2 = max(max_abs3(a2), max_abs3(b2))
     m3 = max(max_abs3(a3), max_abs3(b3))
@@ -29,6 +28,16 @@ def is_apart_after_start(a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: V
     a1, a2, a3 = scale3(unit, a1), scale3(unit, a2), scale3(unit, a3)
     b1, b2, b3 = scale3(unit, b1), scale3(unit, b2), scale3(unit, b3)
     error = COEFFICIENT_ERROR * (unit * m1) * (unit * m2) * (unit * m3) + TINY
+    return a1, a2, a3, b1, b2, b3, error
+
+
+@compiled
+def is_apart_after_start(a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3) -> bool:
+    """Return whether a pair whose nodes are coplanar at t = 0 is certainly apart on (0, 1].
+
+    a_k and b_k are nodes 1 to 3 relative to node 0 at t = 0 and t = 1.
+    """
+    a1, a2, a3, b1, b2, b3, error = _scaled(a1, a2, a3, b1, b2, b3)
     _, c1, c2, c3 = bernstein_coefficients(a1, a2, a3, b1, b2, b3)
     return min(c1, min(c2, c3)) > error or max(c1, max(c2, c3)) < -error
 
@@ -43,13 +52,7 @@ def volume_sign_after_start(
     """
     if sign_t0 != 0:
         return sign_t0
-    m1 = max(max_abs3(a1), max_abs3(b1))
-    m2 = max(max_abs3(a2), max_abs3(b2))
-    m3 = max(max_abs3(a3), max_abs3(b3))
-    unit = power_of_two_for(max(m1, max(m2, m3)))
-    a1, a2, a3 = scale3(unit, a1), scale3(unit, a2), scale3(unit, a3)
-    b1, b2, b3 = scale3(unit, b1), scale3(unit, b2), scale3(unit, b3)
-    error = COEFFICIENT_ERROR * (unit * m1) * (unit * m2) * (unit * m3) + TINY
+    a1, a2, a3, b1, b2, b3, error = _scaled(a1, a2, a3, b1, b2, b3)
     slope = (det3(b1, a2, a3) + det3(a1, b2, a3) + det3(a1, a2, b3)) / 3.0
     if slope > error:
         return 1
