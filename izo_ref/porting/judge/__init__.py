@@ -1,0 +1,1 @@
+"""The judge: compares the reply of a port with a case. Start reading with `verdict.py`."""
