@@ -1,0 +1,1 @@
+"""Ports that the tests run through `izo conform`."""

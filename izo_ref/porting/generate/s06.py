@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from random import Random
+from typing import Any
 
-from izo_ref.porting.cases import Case
+from izo_ref.porting.cases import DTYPES, Case, Value
 from izo_ref.porting.generate.expected import CaseList, values
 from izo_ref.porting.generate.small_zones import (
     Inputs,
+    dyadic,
     pair_weights,
     random_zone,
     zone_above_face,
 )
+from izo_ref.porting.reference.rounded import Rounded
 from izo_ref.porting.reference.zone import (
     constraints,
     curvatures,
@@ -38,9 +42,17 @@ def cases() -> list[Case]:
     return result
 
 
-def _add(result: CaseList, flags: str, grade: str, what: str, inputs: Inputs) -> None:
-    """Add a case with what the reference computes."""
-    zone, x = zone_of(inputs), vectors(inputs["positions"])
+def _add(
+    result: CaseList,
+    flags: str,
+    grade: str,
+    what: str,
+    inputs: Inputs,
+    dtypes: tuple[str, ...] = DTYPES,
+) -> None:
+    """Add a case with what the reference computes; without float32, all inputs are exact."""
+    exact = inputs if "f4" in dtypes else {name: _exact(a) for name, a in inputs.items()}
+    zone, x = zone_of(exact), vectors(exact["positions"])
     moved = displacements(zone, x)
     gradient = objective_gradient(curvatures(zone), moved)
     expected = {
@@ -48,7 +60,14 @@ def _add(result: CaseList, flags: str, grade: str, what: str, inputs: Inputs) ->
         "gradient": values([a for vector in gradient for a in vector]),
         "constraints": values(constraints(zone, x)),
     }
-    result.add(flags.split()[0], flags, grade, what, inputs, expected)
+    result.add(flags.split()[0], flags, grade, what, inputs, expected, dtypes)
+
+
+def _exact(value: Value) -> Any:
+    """Return floats as numbers without an error, for ports that read them in float64."""
+    if isinstance(value, list):
+        return [_exact(item) for item in value]
+    return Rounded(Decimal(value)) if isinstance(value, float) else value
 
 
 def _nodes(result: CaseList) -> None:
@@ -147,12 +166,19 @@ def _far(result: CaseList) -> None:
     def zone(seed: int, origin: tuple[float, ...], size: float, impacts: int) -> Inputs:
         return random_zone(Random(seed), impacts, 4 * impacts, origin=origin, size=size)
 
-    what = "A zone of 1 m, 64 m away from the origin: subtract positions before you multiply them."
-    _add(result, FAR, "easy", what, zone(651, (64.0, 64.0, -64.0), 1.0, 1))
+    random = Random(650)
+    what = "A zone of 1 m, 700 m away from the origin: subtract positions before anything else."
+    _add(result, FAR, "easy", what, zone(651, (512.0, 512.0, -512.0), 1.0, 1))
     what = "A zone of 1 m, 1 km away from the origin."
     _add(result, FAR, "medium", what, zone(652, (1024.0, -512.0, 768.0), 1.0, 2))
     what = "A zone of 6 cm, 1 km away from the origin along one axis."
     _add(result, FAR, "medium", what, zone(653, (0.0, 1000.0, 0.0), 2.0**-4, 2))
+    what = "Float64 coordinates with a unit of 2^-32 m, 1 km away: too many digits for float32."
+    inputs = zone(656, (1024.0, -512.0, 768.0), 1.0, 2)
+    for name in ("proposed", "positions"):
+        inputs[name] = [a + dyadic(random, 0.0, 2.0**-10, 32) for a in inputs[name]]
+    inputs["weights"] = [*pair_weights(random, False, 22), *pair_weights(random, True, 22)]
+    _add(result, FAR, "medium", what, inputs, ("f8",))
     what = (
         "A zone of 64 m, 786 km away: float32 has a unit of 6 cm there, and all inputs are exact."
     )

@@ -77,8 +77,8 @@ def _kinks(result: CaseList) -> None:
     above, below = 1.0 + 2.0**-23, 1.0 - 2.0**-24
     what = "l + mu c is exactly 0."
     _add(result, KINK, "easy", what, ([3.0], [-0.75], 4.0))
-    what = "l + mu c is 0, one float32 above it and one below it."
-    _add(result, KINK, "medium", what, ([1.0, above, below], [-0.25, -0.25, -0.25], 4.0))
+    what = "l + mu c is 1, 0, and as near to 0 as a float32 next to 1 is to 1, on both sides."
+    _add(result, KINK, "medium", what, ([2.0, 1.0, above, below], [-0.25] * 4, 4.0))
     third = 11184811.0 * 2.0**-25  # the float32 next to 1/3
     what = "mu c is rounded before it is added, or not, with a fused operation: both are right."
     _add(result, KINK, "hard", what, ([1.0, 1.0], [-third, third], 3.0))

@@ -1,0 +1,1 @@
+"""Our own compiled functions as a port: one file for each stage."""
