@@ -136,4 +136,6 @@ def test_tests_import_helpers_and_no_other_tests():
     for path in (house.ROOT / "tests").rglob("*.py"):
         for name in _imported(path):
             if name.startswith("tests"):
-                assert name.startswith(("tests.helpers", "tests.naive")), f"{path}: {name}"
+                assert name.startswith(("tests.helpers", "tests.naive", "tests.ports")), (
+                    f"{path}: {name}"
+                )

@@ -75,8 +75,8 @@ def _penalties(result: CaseList) -> None:
 
 def _kinks(result: CaseList) -> None:
     above, below = 1.0 + 2.0**-23, 1.0 - 2.0**-24
-    what = "l + mu c is exactly 0."
-    _add(result, KINK, "easy", what, ([3.0], [-0.75], 4.0))
+    what = "c is negative; l + mu c is exactly 0 for one impact and positive for the other."
+    _add(result, KINK, "easy", what, ([3.0, 4.0], [-0.75, -0.75], 4.0))
     what = "l + mu c is 1, 0, and as near to 0 as a float32 next to 1 is to 1, on both sides."
     _add(result, KINK, "medium", what, ([2.0, 1.0, above, below], [-0.25] * 4, 4.0))
     third = 11184811.0 * 2.0**-25  # the float32 next to 1/3
