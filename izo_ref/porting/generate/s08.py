@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from random import Random
+from typing import Any
 
 from izo_ref.porting.cases import Case
 from izo_ref.porting.generate.expected import CaseList
@@ -53,11 +54,9 @@ def _falling(penalty: float) -> Inputs:
     return with_multipliers(zone_above_face([-0.25], fall=1.0), [0.0], penalty)
 
 
-def _tangle(
-    seed: int, impacts: int, vertices: int, penalty: float = 4.0, **changes: object
-) -> Inputs:
+def _tangle(seed: int, impacts: int, vertices: int, penalty: float = 4.0, **changes: Any) -> Inputs:
     """Return a random zone with random multipliers."""
-    zone = random_zone(Random(seed), impacts, vertices, **changes)  # pyright: ignore
+    zone = random_zone(Random(seed), impacts, vertices, **changes)
     return with_multipliers(zone, random_multipliers(seed + 1, impacts, 1.0), penalty)
 
 
