@@ -90,6 +90,7 @@ _SEARCH = (
 )
 _ITERATION = (
     Field("direction_name", TEXT, (), "", "gradient, jacobi, chebyshev, cg, lbfgs or newton"),
+    Field("pairs", INTEGER, (), "", "how many of the last pairs s, q lbfgs uses"),
     Field("scaling", TEXT, (), "", "total-mass, mean-inverse-mass or scaled: the variables"),
     Field("every_step", FLAG, (), "", "1: multipliers change after each step; 0: inner solves"),
     Field("preconditioned", FLAG, (), "", "1: the gradient is divided by the diagonal of H"),
@@ -104,6 +105,7 @@ _ITERATION = (
     Field("smallest_step", FLOAT, (), "", "a search that reaches a smaller step has failed"),
     Field("faithful", FLAG, (), "", "1: the stops of a preset; 0: those of izo_ref"),
     Field("inner_steps", INTEGER, (), "", "largest number of steps of an inner solve"),
+    Field("inner_accuracy", FLOAT, (), "", "delta of the end of an inner solve of izo_ref"),
     Field("eps_x", FLOAT, (), "", "an inner solve of a preset stops at this length of a step"),
     Field("eps_f", FLOAT, (), "", "or at this relative change of L"),
     Field("eps_g", FLOAT, (), "", "or at this norm of the gradient"),
@@ -244,8 +246,13 @@ STAGES = (
     Stage(
         "S10",
         "first iterations",
-        "from x = y and l = 0, take `steps` steps: direction, line search, move, acceleration, "
-        "multipliers",
+        "from x = y and l = 0, take `steps` steps: direction p, step s by a search, x <- x + s p, "
+        "acceleration, multipliers l_j <- max(l_j + mu c_j, 0) after each step or each inner "
+        "solve; cg and lbfgs take the change of dL/dx over a step before l changes; cg, and the "
+        "omega of chebyshev, begin anew after an inner solve, chebyshev also where "
+        "dL/dx . (x - x_before) > 0; lbfgs without pairs begins a search as model; wolfe "
+        "takes Newton's steps on phi', or the middle of its bracket (twice the lower end while "
+        "there is no upper end) if a step leaves it; the run ends where a search fails",
         "izo_ref/solvers/serial/descent.py:minimise",
         "4-directions",
         (*_ZONE, *_ITERATION),
