@@ -109,6 +109,10 @@ def _add_arcsim(found: CaseList) -> None:
     flags = f"{BETA} {MASS} {KINK}"
     pinned = zone(3, 3, 7, masses=MASSES, apart=(1,), pinned=(2,))
     add(found, word, flags, "medium", what, 6, pinned, ARCSIM)
+    what = "The same loop with a penalty of 16, which float32 can follow."
+    gentle = {**ARCSIM, "penalty": 16.0}
+    other = zone(3, 3, 7, masses=MASSES, apart=(1,))
+    add(found, word, f"{BETA} {PENALTY} {KINK}", "medium", what, 6, other, gentle)
     what = "The first inner solve ends after ten steps; then the multipliers and p begin anew."
     flags = f"{INNER} {BETA} {PENALTY}"
     add(found, word, flags, "hard", what, 13, zone(2, 3, 7, masses=MASSES), ARCSIM)

@@ -41,6 +41,11 @@ def _add_gradient(found: CaseList) -> None:
     heavy = plain_zone(masses=(8.0, 1.0, 1.0, 2.0))
     flags = f"{PENALTY} {MASS} {ORDER}"
     add(found, word, flags, "easy", what, 5, heavy, method("gradient", penalty=4.0))
+    what = "The exact step leaves one of two constraints behind: it becomes inactive on the way."
+    unequal = plain_zone(2)
+    unequal["proposed"][5] = -(2.0**-7)
+    parameters = method("gradient", penalty=8.0, search="exact")
+    add(found, word, f"{KINK} {PENALTY}", "easy", what, 4, unequal, parameters)
     what = "Wolfe's search has to look beyond the first quadratic piece."
     parameters = method("gradient", penalty=8.0, search="wolfe")
     add(found, word, f"{KINK} {PENALTY}", "medium", what, 8, THREE, parameters)
@@ -111,8 +116,8 @@ def _add_lbfgs(found: CaseList) -> None:
     flags = f"{PAIRS} {ORDER} {KINK}"
     add(found, word, flags, "medium", what, 6, FOUR, method("lbfgs", penalty=10.0))
     what = "The pairs outlive the inner solve in which they were made."
-    tight = method("lbfgs", penalty=32.0, search="wolfe", every_step=0, inner_accuracy=0.25)
-    add(found, word, f"{PAIRS} {INNER}", "medium", what, 8, FOUR, tight)
+    tight = method("lbfgs", penalty=32.0, search="wolfe", every_step=0, inner_accuracy=0.0625)
+    add(found, word, f"{PAIRS} {INNER}", "medium", what, 7, THREE, tight)
     what = "Twelve steps: from the tenth on, the oldest pairs are forgotten."
     exact = {"search": "exact", "every_step": 0, "inner_accuracy": 0.015625}
     parameters = method("lbfgs", penalty=100.0, **exact)

@@ -20,18 +20,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from izo_ref.porting.reference import directions
-from izo_ref.porting.reference.line_search import Found, Line, at, backtrack, exact
-from izo_ref.porting.reference.rounded import (
-    CONTEXT,
-    HALF,
-    ZERO,
-    Rounded,
-    clamped,
-    largest,
-    total,
-)
-from izo_ref.porting.reference.tracked import Tape, Tracked, norm, smaller
+from izo_ref.porting.reference import directions, searches
+from izo_ref.porting.reference.line_search import Line
+from izo_ref.porting.reference.rounded import ZERO, Rounded, clamped, largest, total
+from izo_ref.porting.reference.tracked import Tape, norm, smaller
 from izo_ref.porting.reference.variables import (
     Flat,
     Variables,
@@ -44,6 +36,8 @@ from izo_ref.porting.reference.variables import (
     violation,
 )
 from izo_ref.porting.reference.zone import dot, updated, zone_of
+
+ONE, NOTHING = Rounded.of(1.0), Rounded(ZERO)
 
 
 @dataclass
@@ -77,14 +71,14 @@ class State:
     moved: Flat = field(default_factory=list)
     change: Flat = field(default_factory=list)
     pairs: list[tuple[Flat, Flat]] = field(default_factory=list)
-    omega: Rounded = Rounded.of(1.0)
+    omega: Rounded = ONE
     age: int = 0
     inner: int = 0
     restart: bool = True
     gradient: Flat = field(default_factory=list)
     pushed: Flat = field(default_factory=list)
     active: list[bool] = field(default_factory=list)
-    value: Rounded = Rounded.of(0.0)
+    value: Rounded = NOTHING
 
 
 @dataclass
@@ -107,11 +101,29 @@ class Iterations:
 
 
 def first_iterations(inputs: Mapping[str, Any]) -> Iterations:
-    """Return what the first steps do; `inputs` has the fields of `stages.py`, as flat lists."""
-    tape, result = Tape(), Iterations()
+    """Return what the first steps do, with errors; `Decisions` note how clear each branch was.
+
+    Args:
+        inputs: The fields of `stages.py`, as flat lists.
+    """
+    tape = Tape()
+    result = iterate(inputs, tape)
+    tape.note_decisions()
+    return Iterations(
+        [tape.rounded(number) for number in result.objectives],
+        [tape.rounded(number) for number in result.violations],
+        [tape.rounded(number) for number in result.step_sizes],
+        [tape.rounded(number) for number in result.positions],
+        result.restarts,
+    )
+
+
+def iterate(inputs: Mapping[str, Any], tape: Tape) -> Iterations:
+    """Return what the first steps do, in numbers on a tape."""
+    result = Iterations()
     zone = tracked(choose_variables(zone_of(inputs), inputs["scaling"]), tape)
-    zero = [Rounded(ZERO)] * len(zone.curvatures)
-    no_multipliers = [Rounded(ZERO)] * len(zone.starts)
+    zero = [NOTHING] * len(zone.curvatures)
+    no_multipliers = [NOTHING] * len(zone.starts)
     first = tape.leaf(inputs["first_step"])
     state = State(zero, zone.starts, no_multipliers, first, zero)
     evaluate(zone, inputs, state)
@@ -121,9 +133,12 @@ def first_iterations(inputs: Mapping[str, Any]) -> Iterations:
         line = choose_direction(zone, inputs, state)
         if state.age == 0:
             result.restarts.append(number)
-        found = search(line, inputs, state)
+        found = searches.search(line, inputs, state.active, state.step, not state.pairs)
+        if found.step.value == 0 and inputs["faithful"]:
+            break  # a search that has failed ends a preset
         if found.step.value == 0:
-            break  # a search that has failed ends the loop
+            raise ValueError("a case that is not of a preset must have no failed search")
+        state.step = found.step
         move(zone, inputs, state, found.step)
         result.objectives.append(objective(zone, state.x))
         result.violations.append(violation(zone, state.c))
@@ -131,14 +146,7 @@ def first_iterations(inputs: Mapping[str, Any]) -> Iterations:
         look_back(zone, inputs, state)
         update(zone, inputs, state, found.change)
     result.positions = displaced(zone, inputs, state.x)
-    tape.note_decisions()
-    return Iterations(
-        [tape.rounded(number) for number in result.objectives],
-        [tape.rounded(number) for number in result.violations],
-        [tape.rounded(number) for number in result.step_sizes],
-        [tape.rounded(number) for number in result.positions],
-        result.restarts,
-    )
+    return result
 
 
 def evaluate(zone: Variables, inputs: Mapping[str, Any], state: State) -> None:
@@ -181,70 +189,6 @@ def choose_direction(zone: Variables, inputs: Mapping[str, Any], state: State) -
         raise ValueError("a case must have directions of descent")
     curvature = total(w * (v * v) for w, v in zip(zone.curvatures, p, strict=True))
     return Line(slope, curvature, state.pushed, products(zone, p), mu)
-
-
-def search(line: Line, inputs: Mapping[str, Any], state: State) -> Found:
-    """Search a step, from the first one that `begin` says; lbfgs without pairs begins as model."""
-    first = Rounded.of(1.0)
-    if inputs["begin"] == "last":
-        first = state.step * inputs["grow"]
-    elif inputs["search"] != "exact" and (
-        inputs["begin"] == "model" or (inputs["direction_name"] == "lbfgs" and not state.pairs)
-    ):
-        pairs = zip(line.along, state.active, strict=True)
-        first = -line.slope / (line.curvature + line.mu * total(q * q for q, on in pairs if on))
-    smallest = inputs["smallest_step"]
-    if inputs["search"] == "backtracking":
-        found = backtrack(line, first, inputs["armijo"], inputs["shrink"], smallest)
-    elif inputs["search"] == "exact":
-        found = _exact(line)
-    else:
-        found = wolfe(line, first, inputs["armijo"], inputs["wolfe"], smallest)
-    state.step = found.step
-    return found
-
-
-def _exact(line: Line) -> Found:
-    """Return the minimum of L along the line, as Newton's last step on the slope finds it.
-
-    Our own search ends where the slope has fallen to 2 eps of that at x.
-    """
-    near = Rounded(exact(line).step.value)
-    point = at(line, near)
-    _note_pieces(line, near)
-    step = near - point.rise / point.second
-    missing = CONTEXT.divide(2 * abs(line.slope.value), point.second.value)
-    step = step.more(missing) if isinstance(step, Tracked) else step
-    return Found(step, at(line, step).change, [step])
-
-
-def wolfe(line: Line, first: Rounded, armijo: float, wanted: float, smallest: float) -> Found:
-    """Return a step with the strong Wolfe conditions.
-
-    Newton's method on the slope proposes steps, with the second derivative of the piece that the
-    step is in. A step that leaves the bracket is replaced by its middle, or by twice its lower end
-    while it has no upper end.
-    """
-    limit, step, tried = wanted * abs(line.slope), first, []
-    low, high = Rounded(ZERO), None
-    while not step < smallest:
-        tried.append(step)
-        point = at(line, step)
-        too_far = point.rise > limit or not point.change < armijo * step * line.slope
-        if not too_far and point.rise >= -limit:
-            return Found(step, point.change, tried)
-        low, high = (low, step) if too_far else (step, high)
-        _note_pieces(line, step)
-        step = step - point.rise / point.second
-        if not step > low or (high is not None and not step < high):
-            step = 2.0 * low if high is None else 0.5 * (low + high)
-    return Found(Rounded(ZERO), Rounded(ZERO), tried)
-
-
-def _note_pieces(line: Line, step: Rounded) -> None:
-    """Note how close a step is to the ends of its quadratic piece."""
-    for t, q in zip(line.pushed, line.along, strict=True):
-        _ = t > step * q
 
 
 def move(zone: Variables, inputs: Mapping[str, Any], state: State, step: Rounded) -> None:
@@ -291,15 +235,10 @@ def inner_solve_is_done(
     if inputs["faithful"]:
         if norm(state.gradient) <= inputs["eps_g"] or norm(state.moved) <= inputs["eps_x"]:
             return True
-        size = largest([abs(state.value), abs(state.value - change), Rounded.of(1.0)])
+        size = largest([abs(state.value), abs(state.value - change), ONE])
         return -change <= inputs["eps_f"] * size
     error = norm([g / w.sqrt() for g, w in zip(state.gradient, zone.curvatures, strict=True)])
     mu = Rounded.of(inputs["penalty"])
     pairs = zip(state.c, state.multipliers, strict=True)
     shift = norm([smaller(-c, multiplier / mu) for c, multiplier in pairs])
     return error <= inputs["inner_accuracy"] * mu.sqrt() * shift
-
-
-def scale_of(number: Rounded) -> float:
-    """Return the scale of the tolerance of a number: its error, at least half a unit of it."""
-    return float(max(number.error, CONTEXT.multiply(HALF, abs(number.value))))

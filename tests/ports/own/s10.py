@@ -22,7 +22,7 @@ SCALINGS = {
     "mean-inverse-mass": PRESETS["xrtailor"],
     "scaled": None,
 }
-NEVER = 1e-300  # a tolerance that is not reached
+NEVER = 1e-30  # a tolerance that is not reached, and that a float32 holds
 TAKEN = (
     "preconditioned",
     "armijo",
