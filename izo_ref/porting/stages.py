@@ -105,7 +105,14 @@ _ITERATION = (
     Field("smallest_step", FLOAT, (), "", "a search that reaches a smaller step has failed"),
     Field("faithful", FLAG, (), "", "1: the stops of a preset; 0: those of izo_ref"),
     Field("inner_steps", INTEGER, (), "", "largest number of steps of an inner solve"),
-    Field("inner_accuracy", FLOAT, (), "", "delta of the end of an inner solve of izo_ref"),
+    Field(
+        "inner_accuracy",
+        FLOAT,
+        (),
+        "",
+        "delta: an inner solve of izo_ref ends at sum (dL/dx)^2 / w <= delta^2 mu sum shift^2, "
+        "shift = min(-c, l / mu)",
+    ),
     Field("eps_x", FLOAT, (), "", "an inner solve of a preset stops at this length of a step"),
     Field("eps_f", FLOAT, (), "", "or at this relative change of L"),
     Field("eps_g", FLOAT, (), "", "or at this norm of the gradient"),
@@ -246,13 +253,9 @@ STAGES = (
     Stage(
         "S10",
         "first iterations",
-        "from x = y and l = 0, take `steps` steps: direction p, step s by a search, x <- x + s p, "
-        "acceleration, multipliers l_j <- max(l_j + mu c_j, 0) after each step or each inner "
-        "solve; cg and lbfgs take the change of dL/dx over a step before l changes; cg, and the "
-        "omega of chebyshev, begin anew after an inner solve, chebyshev also where "
-        "dL/dx . (x - x_before) > 0; lbfgs without pairs begins a search as model; wolfe "
-        "takes Newton's steps on phi', or the middle of its bracket (twice the lower end while "
-        "there is no upper end) if a step leaves it; the run ends where a search fails",
+        "from x = y and l = 0, repeat: direction p; step s by a search; x <- x + s p; chebyshev: "
+        "x <- omega (x - x_before) + x_before; after each step or each inner solve: "
+        "l_j <- max(l_j + mu c_j, 0)",
         "izo_ref/solvers/serial/descent.py:minimise",
         "4-directions",
         (*_ZONE, *_ITERATION),

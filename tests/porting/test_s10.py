@@ -9,6 +9,7 @@ from izo_ref.porting.reference import steps
 from izo_ref.porting.reference.rounded import EPS
 from izo_ref.porting.reference.tracked import Tape
 from izo_ref.solvers.presets import PRESETS, choose_settings
+from tests.helpers.zone_vectors import failures
 from tests.naive import presets
 from tests.naive.qp import dense_rows
 from tests.ports.own import s10 as own
@@ -28,18 +29,6 @@ FLAGS = (
 )
 OUTPUTS = ("objectives", "violations", "positions", "step_sizes")
 CASES = s10.cases()
-
-
-def is_right(case, reply, dtype="f8"):
-    """Return whether all outputs of a reply are within their tolerances; NaN is not."""
-    for name, got in reply.items():
-        wanted = case.expected[name]
-        if len(got) != len(wanted["values"]):
-            return False
-        limits = wanted["multiple"] * EPS[dtype] * np.array(wanted["scale"])
-        if not np.all(np.abs(np.array(got) - wanted["values"]) <= limits):
-            return False
-    return True
 
 
 def test_the_cases_are_complete():
@@ -69,8 +58,9 @@ def test_the_tolerance_of_a_case_is_useful(case):
 
 @pytest.mark.parametrize("dtype", ["f8", "f4"])
 def test_our_own_loop_passes(dtype):
-    chosen = [case for case in CASES if dtype in case.dtypes]
-    assert [c.id for c in chosen if not is_right(c, own.answer(dict(c.inputs), dtype), dtype)] == []
+    chosen = [case._replace(dtypes=(dtype,)) for case in CASES if dtype in case.dtypes]
+    assert len(chosen) >= 30
+    assert failures(chosen, own.answer) == []
 
 
 def test_our_own_loop_refuses_another_number_of_pairs():

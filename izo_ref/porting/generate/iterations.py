@@ -11,6 +11,7 @@ from izo_ref.porting.generate.small_zones import Inputs, random_zone, zone_above
 from izo_ref.porting.reference.rounded import Decisions
 from izo_ref.porting.reference.steps import first_iterations
 from izo_ref.porting.reference.zone import constraints, zone_of
+from izo_ref.porting.stages import STAGE
 
 SIZE = 2.0**-4  # [m], of a zone
 PAIRS = 8  # what izo_ref keeps for lbfgs
@@ -141,8 +142,20 @@ def add(
     zone_inputs: Inputs,
     parameters: Inputs,
 ) -> None:
-    """Append a case: the reference takes the steps."""
-    inputs = {**zone_inputs, **parameters, "steps": steps}
+    """Append a case: the reference takes the steps.
+
+    Args:
+        cases: The cases so far.
+        word: The word in its id.
+        flags: Names of the mistakes that it catches, with spaces between them.
+        grade: `easy`, `medium` or `hard`.
+        what: A sentence that says what is special about it.
+        steps: How many steps to take.
+        zone_inputs: The zone.
+        parameters: All other inputs.
+    """
+    given = {**zone_inputs, **parameters, "steps": steps}
+    inputs = {field.name: given[field.name] for field in STAGE["S10"].inputs}
     with Decisions() as decisions:
         found = first_iterations(inputs)
     expected = {

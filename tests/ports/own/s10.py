@@ -13,8 +13,8 @@ from izo_ref.solvers.serial.directions.lbfgs import PAIRS
 from izo_ref.solvers.serial.records import Results
 from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.variables import choose_variables, lay_out, make_inputs
-from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import problem_system
+from tests.ports.own.zones import own_problem
 
 BEGINS = {"last": LAST, "unit": UNIT, "model": MODEL}
 SCALINGS = {
@@ -53,7 +53,7 @@ def answer(inputs: dict[str, Any], dtype: str) -> dict[str, Any]:
     precision = {"f8": "float64", "f4": "float32"}[dtype]
     options = Options(method=inputs["direction_name"], precision=precision)
     settings = _settings(inputs, options)
-    system, places = problem_system([_problem(inputs, np.dtype(precision))])
+    system, places = problem_system([own_problem(inputs, dtype)])
     constraints = scale_constraints(system)
     variables = choose_variables(system, constraints, SCALINGS[inputs["scaling"]])
     layout = lay_out(system, constraints, settings.direction)
@@ -92,21 +92,4 @@ def _settings(inputs: dict[str, Any], options: Options) -> Settings:
         violation_m=NEVER,
         penalty_growth=1.0,
         **{name: inputs[name] for name in TAKEN},
-    )
-
-
-def _problem(inputs: dict[str, Any], dtype: Any) -> ZoneProblem:
-    """Return the zone, with its numbers rounded to the type."""
-
-    def rows(name: str, width: int) -> Any:
-        return np.array(inputs[name]).reshape(-1, width)
-
-    masses = np.where(np.array(inputs["pinned"]) == 1, np.inf, inputs["masses"])
-    return ZoneProblem(
-        rows("nodes", 4),
-        rows("weights", 4).astype(dtype),
-        rows("normals", 3).astype(dtype),
-        rows("proposed", 3).astype(dtype),
-        masses.astype(dtype),
-        float(dtype.type(inputs["thickness"])),
     )
