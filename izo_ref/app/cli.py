@@ -19,6 +19,7 @@ from izo_ref.app.summary import (
     n_copies,
     result_summary,
 )
+from izo_ref.app.vectors_command import list_cases, make_vectors, show_case, verify_vectors
 from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
 from izo_ref.base.errors import IzoError
 from izo_ref.base.options import Options
@@ -231,6 +232,10 @@ _RUNS: dict[str, Run] = {
     "cache show": _show_cache,
     "cache clear": _clear_cache,
     "cache fill": _fill_cache,
+    "vectors list": list_cases,
+    "vectors show": show_case,
+    "vectors make": make_vectors,
+    "vectors verify": verify_vectors,
 }
 
 

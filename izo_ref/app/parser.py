@@ -6,6 +6,8 @@ from typing import TypeAlias
 from izo_ref.app.cache import TASKS
 from izo_ref.app.flags import add_scene_flags
 from izo_ref.base.options import CHOICES, Options
+from izo_ref.porting.cases import GRADES
+from izo_ref.porting.stages import STAGES
 from izo_ref.version import __version__
 
 Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
@@ -33,6 +35,7 @@ def command_parser() -> argparse.ArgumentParser:
         help="result whose end positions are certified; the proposed positions if it is left out",
     )
     _add_cache(commands)
+    _add_vectors(commands)
     text = "resolve a scene of our own, and write a page with the result"
     demo = commands.add_parser("demo", help=text, description=text)
     demo.set_defaults(command="demo")
@@ -113,3 +116,46 @@ def _add_cache(commands: Commands) -> None:
         help=f"what to compile: {', '.join(TASKS)}; all of them if none is named",
     )
     action.set_defaults(command="cache fill")
+
+
+def _add_vectors(commands: Commands) -> None:
+    text = "list, show, make or verify the vectors, small cases with known answers for ports"
+    command = commands.add_parser("vectors", help=text, description=text)
+    actions = command.add_subparsers(required=True, metavar="ACTION")
+    listing = _add_vectors_action(actions, "list", "list the cases, one a line")
+    stages = [stage.name for stage in STAGES]
+    listing.add_argument(
+        "--stage",
+        choices=stages,
+        metavar="STAGE",
+        help=f"only those of one stage, {stages[0]} to {stages[-1]}",
+    )
+    listing.add_argument(
+        "--flag", metavar="FLAG", help="only those that catch one mistake, such as zone-transitive"
+    )
+    listing.add_argument("--grade", choices=GRADES, help="only those of one grade")
+    text = "show a case: its mistakes, its arrays, its answer, and where to read"
+    show = _add_vectors_action(actions, "show", text)
+    show.add_argument("id", metavar="ID", help="the id of the case, as `list` prints it")
+    show.add_argument("--all", action="store_true", help="show all rows of long arrays")
+    show.add_argument(
+        "--picture", metavar="FILE.svg", help="write a picture of the pair, the zone or the mesh"
+    )
+    text = "make all vectors anew, and write them whole or not at all"
+    make = actions.add_parser("make", help=text, description=text)
+    make.add_argument("-o", "--output", required=True, metavar="FOLDER", help="where to write them")
+    make.set_defaults(command="vectors make")
+    text = (
+        "compare the vectors with their sums, and with what the generators make; 1 if they differ"
+    )
+    _add_vectors_action(actions, "verify", text)
+
+
+def _add_vectors_action(actions: Commands, name: str, text: str) -> argparse.ArgumentParser:
+    """Add a command that reads the vectors."""
+    action = actions.add_parser(name, help=text, description=text)
+    action.set_defaults(command=f"vectors {name}")
+    action.add_argument(
+        "--folder", metavar="FOLDER", help="a folder of vectors (default: those of izo_ref)"
+    )
+    return action

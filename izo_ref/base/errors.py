@@ -72,3 +72,7 @@ class DeviceMemoryError(IzoError):
 
 class FileFormatError(IzoError):
     """A file cannot be read or written, or does not hold what it should."""
+
+
+class VectorsError(IzoError):
+    """Vectors of the porting kit are missing or damaged, or a generator made a wrong one."""

@@ -34,8 +34,10 @@ def test_every_public_name_has_a_docstring():
 def test_every_folder_of_the_package_is_installed():
     settings = tomllib.loads((house.ROOT / "pyproject.toml").read_text())
     folders = {path.parent.relative_to(house.ROOT) for path in PACKAGE.rglob("__init__.py")}
-    names = sorted(".".join(folder.parts) for folder in folders)
-    assert sorted(settings["tool"]["setuptools"]["packages"]) == names
+    names = {".".join(folder.parts) for folder in folders}
+    elsewhere = settings["tool"]["setuptools"]["package-dir"]  # data, without any module
+    assert all((house.ROOT / path).is_dir() for path in elsewhere.values())
+    assert sorted(settings["tool"]["setuptools"]["packages"]) == sorted(names | elsewhere.keys())
 
 
 def test_the_type_checker_sees_the_names_that_are_imported_when_they_are_used():
