@@ -51,7 +51,7 @@ def _check_labels(case: Case, stage: str) -> None:
     _require(case.stage == stage, f"the stage {stage}", case.stage)
     _require(bool(re.fullmatch(stage + ID, case.id)), f"an id like {stage}-word-01", case.id)
     for flag in case.flags:
-        _require(flag in FLAG, "a flag of the dictionary", flag)
+        _require(flag in FLAG and FLAG[flag].stages != (), "a flag with stages", flag)
     _require(len(set(case.flags)) == len(case.flags) > 0, "different flags, at least one", case[2])
     _require(case.verdict in VERDICTS, f"a verdict of {', '.join(VERDICTS)}", case.verdict)
     _require(case.grade in GRADES, f"a grade of {', '.join(GRADES)}", case.grade)
@@ -138,10 +138,12 @@ def _check_judge(stage: str, field: Field, members: Mapping[str, Any]) -> None:
     good = judge.judges(stage, field.name, field.kind)
     _require(good, f"a judge that can judge {field.name}", members["judge"])
     names = members.keys() - {"judge"}
-    _require(names == judge.parameters.keys(), f"{', '.join(judge.parameters)}", sorted(names))
-    for name, kind in judge.parameters.items():
-        what = f"{field.name}.{name}"
-        _require(_is_parameter(kind, members[name]), f"{what} to be {kind}", members[name])
+    known = judge.parameters | judge.optional
+    good = judge.parameters.keys() <= names <= known.keys()
+    _require(good, f"members {', '.join(known)} of {field.name}", ", ".join(sorted(names)))
+    for name in names:
+        what = f"{field.name}.{name} to be {known[name]}"
+        _require(_is_parameter(known[name], members[name]), what, members[name])
     if members["judge"] == "values":
         n, scales = len(members["values"]), members["scale"]
         n_scales = len(scales) if isinstance(scales, list) else 1

@@ -1,7 +1,9 @@
 """The dictionary of flags: the typical mistakes of ports, each explained once.
 
 A case names the flags that it catches, `izo conform` prints their explanation beside a failure,
-and `flags.json` holds them for other programs. The texts are in `dictionary/`.
+and `flags.json` holds them for other programs. The texts are in `dictionary/`. The last flags have
+no stage, because no single case can show them; they are there for the faults of
+`validation/mutants`.
 """
 
 from __future__ import annotations
@@ -9,6 +11,7 @@ from __future__ import annotations
 import json
 
 from izo_ref.porting.dictionary.answers import DOOR, LOOP, OPTIMUM
+from izo_ref.porting.dictionary.beyond import BEYOND
 from izo_ref.porting.dictionary.descent import ITERATIONS, LAGRANGIAN, SEARCHES
 from izo_ref.porting.dictionary.detection import DETECTION
 from izo_ref.porting.dictionary.record import Flag
@@ -28,6 +31,7 @@ FLAGS: tuple[Flag, ...] = (
     *OPTIMUM,
     *LOOP,
     *DOOR,
+    *BEYOND,
 )
 FLAG = {flag.name: flag for flag in FLAGS}
 

@@ -19,12 +19,14 @@ class Judge(NamedTuple):
         what: When a reply passes.
         parameters: Kind of each member of the expected output beside `judge`.
         kinds: Kinds of the outputs that it can judge (`stages.py`).
+        optional: Kinds of members that may be missing.
         outputs: `stage.output` of the outputs that it is for; empty if it is for all.
     """
 
     what: str
     parameters: dict[str, str]
     kinds: str
+    optional: dict[str, str] = {}  # noqa: RUF012 - nothing changes it
     outputs: tuple[str, ...] = ()
 
     def judges(self, stage: str, output: str, kind: str) -> bool:
@@ -39,23 +41,28 @@ class Judge(NamedTuple):
 
 
 TOLERANCE = {"scale": SCALE, "multiple": COUNT}
+# In place of `multiple`, where one type of floats needs another one.
+OF_ONE_TYPE = {"multiple_f8": COUNT, "multiple_f4": COUNT}
 JUDGES = {
     "values": Judge(
         "|got - value| <= multiple * eps * scale for each element; a single scale is for all",
         {"values": NUMBERS, **TOLERANCE},
         "f",
+        OF_ONE_TYPE,
     ),
     "equal": Judge("the same integers or texts", {"values": WORDS}, "ibs"),
     "superset": Judge(
         "every pair is listed, with its corners or edges in any order; more pairs may be listed",
         {"kind": PAIR_KIND, "pairs": INTEGERS},
         "i",
+        {},
         ("S1.vertex_face", "S1.edge_edge"),
     ),
     "time": Judge(
         "time * (1 - early) - tol <= got <= time + tol, tol = multiple * eps * scale",
         {"time": NUMBER, **TOLERANCE, "early": NUMBER},
         "f",
+        OF_ONE_TYPE,
     ),
     "partition": Judge(
         "the same partition, whatever the numbers are; -1 stays -1", {"values": INTEGERS}, "i"
@@ -64,12 +71,14 @@ JUDGES = {
         "low - tol <= got <= high + tol, tol = multiple * eps * scale",
         {"low": SCALE, "high": SCALE, **TOLERANCE},
         "f",
+        OF_ONE_TYPE,
     ),
     "side": Judge(
         "unit length within tol, and the gap at t = 0 by the weights of the reply is at least "
         "least_gap - tol, tol = multiple * eps * scale",
         {**TOLERANCE, "least_gap": NUMBER},
         "f",
+        OF_ONE_TYPE,
         ("S3.normal",),
     ),
     "weights": Judge(
@@ -77,6 +86,7 @@ JUDGES = {
         "tol = multiple * eps * scale",
         {"distance": NUMBER, **TOLERANCE},
         "f",
+        OF_ONE_TYPE,
         ("S3.weights",),
     ),
     "kkt": Judge(
@@ -84,13 +94,15 @@ JUDGES = {
         "of the reply, tol = multiple * eps * scale",
         TOLERANCE,
         "f",
+        {**OF_ONE_TYPE, "gap_scale": NUMBERS},
         ("S11.multipliers",),
     ),
     "free-path": Judge(
         "pinned vertices are where they were proposed; if the reply says that the path is free, "
-        "it is certified free, and sum m |x - y|^2 / sum m <= objective_at_most",
-        {"objective_at_most": NUMBER},
+        "it is certified free, and sum m |x - y|^2 / sum m <= objective_at_most, if that is stated",
+        {},
         "f",
+        {"objective_at_most": NUMBER},
         ("S12.positions",),
     ),
 }

@@ -12,7 +12,7 @@ from typing import Any
 from izo_ref.porting import parameters
 from izo_ref.porting.cases import DTYPES, GRADES, HEX, INVALID, VERDICTS
 from izo_ref.porting.checks import ID
-from izo_ref.porting.flags import FLAG, Flag
+from izo_ref.porting.flags import FLAG, FLAGS, Flag
 from izo_ref.porting.parameters import JUDGES, STATUS, STATUSES, Judge
 from izo_ref.porting.stages import FLAG as BIT
 from izo_ref.porting.stages import FLOAT, INTEGER, STAGES, TEXT, Field, Stage
@@ -75,10 +75,16 @@ def _file(head: dict[str, Any], name: str, item: str) -> dict[str, Any]:
     return _object({"version": {"const": 1}, **head, name: items})
 
 
+def _some_of(names: list[str]) -> dict[str, Any]:
+    """Return the schema of a list of some of these names."""
+    return {"type": "array", "items": {"enum": names}, "minItems": 1, "uniqueItems": True}
+
+
 def _common() -> dict[str, Any]:
     """Return the definitions that all stages share."""
     names = {name: {"type": "string", "minLength": 1} for name in Flag._fields}
-    stages = {"type": "array", "items": {"enum": [stage.name for stage in STAGES]}, "minItems": 1}
+    stages = {"type": "array", "items": {"enum": [stage.name for stage in STAGES]}}
+    with_cases = [flag.name for flag in FLAGS if flag.stages]
     defs = {
         "float": {
             "description": "C's hexadecimal notation, which strtod reads",
@@ -89,6 +95,8 @@ def _common() -> dict[str, Any]:
             "description": "a long array: a file of numpy's format 1.0 beside, <f8 or <i4",
             **_object({"npy": {"type": "string", "pattern": r"^[A-Za-z0-9._-]+\.npy$"}}),
         },
+        "flags": _some_of(with_cases),
+        "dtypes": _some_of(list(DTYPES)),
         "flags_file": _file({}, "flags", "flag"),
         "flag": _object({**names, "name": {"enum": list(FLAG)}, "stages": stages}),
     }
@@ -101,18 +109,16 @@ def _common() -> dict[str, Any]:
 
 def _case(stage: Stage) -> dict[str, Any]:
     """Return the schema of a case of a stage."""
-    flag_names = {"type": "array", "items": {"enum": list(FLAG)}, "minItems": 1}
-    dtypes = {"type": "array", "items": {"enum": list(DTYPES)}, "minItems": 1}
     outputs = {field.name: _output(stage, field) for field in stage.outputs}
     status = [{"$ref": f"#/$defs/status_{name}"} for name in STATUSES]
     case = _object(
         {
             "id": {"type": "string", "pattern": f"^{stage.name}{ID}$"},
             "stage": {"const": stage.name},
-            "flags": {**flag_names, "uniqueItems": True},
+            "flags": {"$ref": "#/$defs/flags"},
             "verdict": {"enum": list(VERDICTS)},
             "grade": {"enum": list(GRADES)},
-            "dtypes": {**dtypes, "uniqueItems": True},
+            "dtypes": {"$ref": "#/$defs/dtypes"},
             "what": {"type": "string", "pattern": r"^[ -~]+\.$"},
             "input": _object(
                 {field.name: _value(field) for field in stage.inputs},
@@ -166,8 +172,10 @@ def _output(stage: Stage, field: Field) -> dict[str, Any]:
 
 def _judge(name: str, judge: Judge) -> dict[str, Any]:
     """Return the schema of an expected output with this judge."""
-    members = {member: _member(kind) for member, kind in judge.parameters.items()}
-    return {"description": judge.what, **_object({"judge": {"const": name}, **members})}
+    known = judge.parameters | judge.optional
+    members = {member: _member(kind) for member, kind in known.items()}
+    described = _object({"judge": {"const": name}, **members}, tuple(judge.optional))
+    return {"description": judge.what, **described}
 
 
 def _member(kind: str) -> dict[str, Any]:

@@ -133,8 +133,9 @@ def _expected_lines(
     lines += _wrapped(f"passes if: {judge.what}", 4)
     if members["judge"] == "values":
         return lines + _at_most(list(_toleranced(members, limits)), rows)
-    for member in judge.parameters:
-        value = members[member]
+    for member, value in members.items():
+        if member == "judge":
+            continue
         if isinstance(value, list):
             width = 4 if member == "pairs" else _width(field)
             lines += [f"    {member}", *_at_most(_number_lines(value, width), rows)]
@@ -154,6 +155,12 @@ def _toleranced(members: Mapping[str, Any], limits: Mapping[str, float]) -> Iter
     widths = [max(map(len, texts), default=0) for texts in (decimals, exact)]
     for k, (text, digits, size) in enumerate(zip(decimals, exact, scales, strict=True)):
         tolerances = ", ".join(
-            f"{members['multiple'] * eps * size:.2g} ({dtype})" for dtype, eps in limits.items()
+            f"{_multiple(members, dtype) * eps * size:.2g} ({dtype})"
+            for dtype, eps in limits.items()
         )
         yield f"    {k:>4}  {text.rjust(widths[0])}  {digits.ljust(widths[1])}  +- {tolerances}"
+
+
+def _multiple(members: Mapping[str, Any], dtype: str) -> int:
+    """Return the multiple of eps and scale that is allowed for a type of floats."""
+    return members.get(f"multiple_{dtype}", members["multiple"])

@@ -7,6 +7,7 @@ import pytest
 from izo_ref.app.cli import main
 from izo_ref.porting.generate import build
 from izo_ref.porting.generate.build import contents, write_folder
+from izo_ref.porting.show import case_text
 from izo_ref.porting.stages import STAGES
 from tests.helpers.fake_vectors import fake_cases
 
@@ -98,6 +99,13 @@ def test_show_says_what_other_judges_ask_for(folder, capsys):
     assert "status: refused" in capsys.readouterr().out
     assert run("show", "--folder", folder, "S1-none-01") == 0
     assert "    pairs\n    none" in capsys.readouterr().out
+
+
+def test_show_takes_the_multiple_of_each_type_of_floats():
+    case = fake_cases()["S9"][0]
+    own = {**case.expected["multipliers"], "multiple_f8": 64}
+    text = case_text(case._replace(expected={"multipliers": own}))
+    assert "+- 8.9e-15 (f8), 3e-07 (f4)" in text
 
 
 def test_show_counts_rows_of_long_arrays_or_shows_all(folder, capsys):

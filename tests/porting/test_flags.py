@@ -80,7 +80,7 @@ def test_the_stored_file_is_what_the_dictionary_says():
 def test_each_flag_has_three_cases_one_easy_and_one_hard():
     cases = [case for found in generated_cases().values() for case in found]
     counts = Counter((flag, case.grade) for case in cases for flag in case.flags)
-    for flag in FLAG:
+    for flag in (flag.name for flag in FLAGS if flag.stages):
         grades = {grade: counts[flag, grade] for grade in ("easy", "medium", "hard")}
         assert sum(grades.values()) >= 3, (flag, grades)
         assert grades["easy"], (flag, grades)

@@ -80,6 +80,16 @@ def test_the_schema_rejects_what_is_missing():
     assert not judge.is_valid({"version": 1, "stage": "S14", "cases": [{}]})
 
 
+def test_a_multiple_of_one_type_of_floats_may_be_added():
+    judge = validator()
+    content = without_arrays("S2")
+    toi = content["cases"][0]["expected"]["toi"]
+    toi["multiple_f8"] = 64
+    assert judge.is_valid(content)
+    toi["multiple_f2"] = 64
+    assert not judge.is_valid(content)
+
+
 def test_the_stored_schema_is_the_current_one():
     assert (CHECKOUT / "schema.json").read_text(encoding="ascii") == schema_text()
 

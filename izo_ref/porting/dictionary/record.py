@@ -19,7 +19,8 @@ class Flag(NamedTuple):
 
     Attributes:
         name: Name in the vectors and in the reports of `izo conform`.
-        stages: The stages whose vectors catch it, the most telling one first.
+        stages: The stages whose vectors catch it, the most telling one first; none if no single
+            case can show it.
         mistake: What the port does wrong.
         harm: What a user sees because of it.
         seen: Where it was or is seen.

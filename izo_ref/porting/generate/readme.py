@@ -32,7 +32,8 @@ These files are the truth. They are never edited: a mistake in them is corrected
 * `input` has the inputs of the stage. `expected` has, for each output, the name of a judge and what
   the judge needs to know. `dtypes` says whether the case has a meaning for float64 (`f8`), for
   float32 (`f4`) or for both. In float32, round the inputs first.
-* eps is 2^-52 for f8 and 2^-23 for f4. A tolerance is `multiple` * eps * `scale`.
+* eps is 2^-52 for f8 and 2^-23 for f4. A tolerance is `multiple` * eps * `scale`. Where there is a
+  member `multiple_f8` or `multiple_f4`, it takes the place of `multiple` for that type.
 
 ## Read them in C
 
@@ -55,7 +56,7 @@ def readme_text(cases: Sequence[Case]) -> str:
         cases: All cases.
     """
     titles = {stage.name: stage.title for stage in STAGES}
-    flags = [flag.name for flag in FLAGS]
+    flags = [flag.name for flag in FLAGS if flag.stages]
     parts = [
         BEGIN,
         "## Verdicts\n\n" + _items(VERDICTS),
