@@ -52,7 +52,7 @@ OPTIMUM = (
     ),
     Flag(
         "infeasible",
-        ("S11",),
+        ("S11", "S12"),
         "No positions satisfy all constraints, for example between two pinned parts, and the port "
         "returns positions as if they did, or never ends.",
         "The simulation continues with an intersection that it does not know of; the next step "
@@ -119,8 +119,8 @@ DOOR = (
     Flag(
         "bad-index",
         ("S13",),
-        "A face names a vertex that does not exist, a negative one, or the same one twice, and the "
-        "port does not say which.",
+        "A face that names a vertex which does not exist, or a negative one, is accepted; or the "
+        "port does not say which face it is.",
         "Memory is read out of bounds; or a file whose faces are counted from 1 is taken as "
         "it is, and everything is shifted by one.",
         TYPICAL,
@@ -154,8 +154,8 @@ DOOR = (
     Flag(
         "over-strict",
         ("S13",),
-        "The port refuses what is fine: unused vertices, several components, pinned vertices with "
-        "any mass, a mesh without motion, a step in which nothing meets.",
+        "The port refuses what is fine: unused vertices, several components, faces without area, "
+        "pinned vertices with any mass, a mesh without motion, a step in which nothing meets.",
         "Users have to clean scenes that need no cleaning, or switch the checks off.",
         TYPICAL,
     ),

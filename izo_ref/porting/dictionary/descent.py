@@ -5,7 +5,7 @@ from izo_ref.porting.dictionary.record import ELSEWHERE, TYPICAL, Flag
 LAGRANGIAN = (
     Flag(
         "kink",
-        ("S7",),
+        ("S7", "S9", "S10"),
         "The maximum in max(c_j + l_j / mu, 0) is taken of the wrong thing: of c_j alone, or "
         "separately in value and gradient, so that the two do not belong together where the term "
         "is just zero.",
@@ -35,7 +35,7 @@ LAGRANGIAN = (
 SEARCHES = (
     Flag(
         "armijo",
-        ("S8",),
+        ("S8", "S10"),
         "The condition of sufficient decrease is wrong: the slope is left out, c_1 is that of "
         "another system, the comparison has the wrong sign, or a step that increases the function "
         "is accepted.",

@@ -63,7 +63,7 @@ DETECTION = (
     ),
     Flag(
         "absolute-tolerance",
-        ("S2", "S7", "S11"),
+        ("S2", "S7", "S9", "S11"),
         "A tolerance is a fixed number, such as 1e-6, whatever the size of the scene is. It has "
         "to be relative to the sizes in the case.",
         "The port works in metres and fails in millimetres or for a scene that is 100 times "
@@ -155,7 +155,8 @@ DETECTION = (
         "degenerate-elements",
         ("S2", "S3", "S13"),
         "A face of area zero, or an edge of length zero, has no normal and no unique closest "
-        "points. The port divides by zero, or refuses the whole mesh.",
+        "points, and the port divides by zero. In input, a face without area is no error; a face "
+        "that names a vertex twice is one, and has to be refused.",
         "One bad triangle of a remeshed or exported garment turns all positions into NaN.",
         TYPICAL,
     ),

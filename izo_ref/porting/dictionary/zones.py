@@ -99,7 +99,7 @@ PROBLEM = (
     ),
     Flag(
         "mass-weighting",
-        ("S6", "S7", "S10", "S11"),
+        ("S6", "S7", "S10", "S11", "S12"),
         "Masses are left out, inverted, taken as their square roots, or the objective is divided "
         "by the number of vertices and not by the sum of masses.",
         "Light and heavy vertices share a correction in the wrong ratio: a light ribbon pushes a "
@@ -108,7 +108,7 @@ PROBLEM = (
     ),
     Flag(
         "pinned-masses",
-        ("S6", "S11", "S13"),
+        ("S6", "S7", "S11", "S12", "S13"),
         "The mass of a pinned vertex is used: it enters the sum of masses, or it is checked and "
         "refused although it may be zero, infinite or NaN. A pinned vertex has no mass in the "
         "problem and does not move.",
@@ -118,7 +118,7 @@ PROBLEM = (
     ),
     Flag(
         "constraint-sign",
-        ("S6", "S7"),
+        ("S6", "S7", "S9", "S11"),
         "The sign of the constraint or of its gradient is wrong: c_j = d - N . sum_k a_k x_k is "
         "positive where it is violated, and its gradient is -a_k N.",
         "The solver drives surfaces into each other. With both signs wrong, the values look right "
