@@ -11,8 +11,8 @@ Flat: TypeAlias = tuple[float, float]
 
 SIZE, MARGIN = 480.0, 40.0  # of a drawing, and of the empty space around [pixels]
 TILT = 0.4  # sine of the angle from which slanted views look down
-# Cosine and sine of the turn of slanted views; no multiple of 45 degrees, since made-up cases are
-# full of diagonals, which would then hide each other.
+# Cosine and sine of their turn; no multiple of 45 degrees, since made-up cases are full of
+# diagonals, which would then hide each other. Views along an axis would hide what moves along it.
 TURN = (0.9, math.sqrt(1.0 - 0.81))
 
 
@@ -39,7 +39,7 @@ class View(NamedTuple):
 
 
 def best_view(points: Sequence[Sequence[float]]) -> View:
-    """Return the view of the candidates in which points are spread over the largest area.
+    """Return the view from above in which points are spread over the largest area.
 
     Args:
         points: The points that the drawing has to show.
@@ -53,19 +53,11 @@ def best_view(points: Sequence[Sequence[float]]) -> View:
 
 
 def _directions() -> list[tuple[Point, Point]]:
-    """Return what points right and up in each candidate: three axes and four slanted views."""
-    axes = [
-        ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)),
-        ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
-        ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
-    ]
+    """Return what points right and up in four views from above, a quarter turn apart."""
     c, s = TURN
-    slanted = []
-    for a, b in ((c, s), (-s, c), (s, c), (c, -s)):
-        # looking along (-b, a, 0) x up, seen from above
-        up = (b * TILT, -a * TILT, math.sqrt(1.0 - TILT * TILT))
-        slanted.append(((a, b, 0.0), up))
-    return [*slanted, *axes]
+    high = math.sqrt(1.0 - TILT * TILT)
+    turns = ((c, s), (-s, c), (-c, -s), (s, -c))
+    return [((a, b, 0.0), (-b * TILT, a * TILT, high)) for a, b in turns]
 
 
 def _spread(points: Sequence[Sequence[float]], right: Point, up: Point) -> float:
