@@ -75,6 +75,12 @@ def divides_by_the_leading_coefficient(pair, right):
     return right if len(cubic(pair)) == 4 else APART
 
 
+def compares_the_ends(pair, right):
+    """Look for roots only if the cubic has different signs at t = 0 and t = 1."""
+    exact = cubic(pair)
+    return right if exact and exact[0] * sum(exact) < 0 else APART
+
+
 def has_a_fixed_tolerance(pair, right):
     return APART if max(map(abs, cubic(pair)), default=1) < 1e-12 else right
 
@@ -120,7 +126,8 @@ def without(condition, instead=APART):
 WRONG = [
     ("linear-cubic", divides_by_the_leading_coefficient),
     ("coplanar-motion", without(lambda pair, right: not cubic(pair))),
-    ("stays-coplanar", without(lambda pair, _: not cubic(pair), {"meets": 1, "toi": 0.0})),
+    ("coplanar-motion", without(lambda pair, _: not cubic(pair), {"meets": 1, "toi": 0.0})),
+    ("stays-coplanar", compares_the_ends),
     ("absolute-tolerance", has_a_fixed_tolerance),
     ("absolute-tolerance", adds_a_thickness),
     ("late-time", lambda _, right: {**right, "toi": right.get("toi", 0) + 1e-6}),

@@ -83,7 +83,7 @@ SLIDING: tuple[Named, ...] = (
 )
 
 
-_STAYING_FLAGS = ("stays-coplanar",)
+_STAYING_FLAGS = ("coplanar-motion",)
 _PAST = edges(EDGE, flat([(3, 1), (3, -1)]), EDGE, flat([(3, -1), (3, -3)]))
 _STAYING_LINE = edges(EDGE, flat([(3, 0), (6, 0)]), shifted(EDGE, 1, 0, 0), flat([(4, 0), (6, 0)]))
 _FAST = vertex((-4, 1, 0), (-5, 1, 0))
@@ -127,7 +127,7 @@ STAYING: tuple[Named, ...] = (
     Named(
         "in-plane-inside",
         ("stays-coplanar", "starts-in-contact"),
-        "medium",
+        "easy",
         turned(vertex((1, 1, 0), (2, 1, 0))),
         "The vertex slides inside the face: they touch from t = 0 on.",
     ),

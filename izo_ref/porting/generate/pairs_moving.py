@@ -197,6 +197,7 @@ def _triple() -> Pair:
 
 
 _ROOTS_FLAGS = ("many-roots",)
+_GRAZING_FLAGS = ("stays-coplanar", "many-roots")
 _VF = [(3, -4, -2), (4, 3, 3), (-4, -3, -2), (2, -4, -1)]
 _TWO = Pair(False, [(-2, 3, 2), (2, -3, 1), (1, 3, -1), (3, 2, -2)], _VF)
 _LAST = [(-2, -1, -2), (-4, 4, 4), (-1, -4, -4), (2, 3, -4)]
@@ -222,7 +223,11 @@ ROOTS: tuple[Named, ...] = (
     ),
     Named("third-root", _ROOTS_FLAGS, "hard", _THIRD, "At the first two roots the edges miss."),
     Named(
-        "graze", _ROOTS_FLAGS, "hard", grazing(0), "A double root: the face touches and goes away."
+        "graze",
+        _GRAZING_FLAGS,
+        "hard",
+        grazing(0),
+        "A double root: the face touches and goes away.",
     ),
     Named(
         "graze-above",
@@ -233,10 +238,24 @@ ROOTS: tuple[Named, ...] = (
     ),
     Named(
         "graze-below",
-        _ROOTS_FLAGS,
+        _GRAZING_FLAGS,
         "hard",
         grazing(-(2.0**-10)),
         "Two roots 2^-5 apart, without a change of sign at the ends of the step.",
+    ),
+    Named(
+        "plane-start",
+        _GRAZING_FLAGS,
+        "medium",
+        turned(vertex((-1, 1, 0), (2, 1, 0.5), FACE, [(0, 0, 0), (4, 0, 4), (0, 4, 0)])),
+        "Begins in the plane of the face, beside it, and goes through it at 1/2.",
+    ),
+    Named(
+        "plane-start",
+        _GRAZING_FLAGS,
+        "hard",
+        turned(vertex((-1, 1, 0), (2, 1, -1), FACE, [(0, 0, 0), (4, 0, 4), (0, 4, 0)])),
+        "Begins in the plane of the face, with a double root at 0, beside it, and leaves it.",
     ),
     Named(
         "triple-root",

@@ -89,7 +89,8 @@ def _touching() -> list[Row]:
     corner: list[Point] = [(4, 0, 0), (8, 0, 0), (4, 4, 4)]
     beside: list[Point] = [(0, 0, 0), (0, 4, 0), (0, 0, -4)]
     slide = joined(part(corner, ONE, -4, 0, 0), part(beside, ONE, 0, 0, 0))
-    far = Mesh(*((shift(p, -1048576, 65536, 524288)) for p in (ends.start, ends.end)), ends.faces)
+    far_start, far_end = (shift(p, -1048576, 65536, 524288) for p in (ends.start, ends.end))
+    far = Mesh(far_start, far_end, ends.faces)
     boxes = joined(
         part([(0, 0, 0), (2, 0, 0), (0, 2, 0)], ONE, 0, 0, 0),
         part([(2, 1, 1), (4, 1, 1), (4, -2, -2)], ONE, -1, 1, 1),

@@ -34,7 +34,7 @@ PAIRS = (
     *pairs_flat.DEGENERATE,
 )
 # What the flags of stage S2 stand for here.
-FLAGS = {"many-roots": "frame-time"}
+FLAGS = {"many-roots": "frame-time", "stays-coplanar": "frame-time"}
 # Their frozen gap is zero at t = 0 although the normal exists, so no side is right.
 NOT_HERE = ("graze", "triple-root")
 
@@ -71,7 +71,7 @@ def _case(named: Named, number: int, toi: float) -> Case:
     return Case(
         f"S3-{named.word}-{number:02d}",
         "S3",
-        tuple(FLAGS.get(flag, flag) for flag in named.flags),
+        tuple(dict.fromkeys(FLAGS.get(flag, flag) for flag in named.flags)),
         VALID,
         named.grade,
         tuple(name for name in usable if name in held),
