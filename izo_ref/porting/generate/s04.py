@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from random import Random
 
 from izo_ref.porting.cases import ACCEPTABLE, DTYPES, VALID, Case
+from izo_ref.porting.generate.random_numbers import shuffled
 from izo_ref.porting.reference.groups import select
-from izo_ref.porting.reference.random_numbers import shuffled
 
 ULP = 2.0**-52
 ULP_F4 = 2.0**-23

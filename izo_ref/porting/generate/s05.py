@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from random import Random
 
 from izo_ref.porting.cases import ACCEPTABLE, DTYPES, VALID, Case
+from izo_ref.porting.generate.random_numbers import shuffled
 from izo_ref.porting.reference.groups import zones
-from izo_ref.porting.reference.random_numbers import shuffled
 
 Quads = Sequence[Sequence[int]]
 

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 from izo_ref.porting.cases import ACCEPTABLE, DTYPES, VALID, Case
 from izo_ref.porting.generate import s11_zones as z
+from izo_ref.porting.generate.zone_parts import UP, Triple, ZoneParts, stack, unit
 from izo_ref.porting.reference.optimum import Optimum, Rows, check, optimum, rows_of
 from izo_ref.porting.reference.optimum_scale import MULTIPLE, scales
-from izo_ref.porting.reference.zone_parts import UP, Triple, ZoneParts, stack, unit
 
 NAN = float("nan")
 LEFT: Triple = (-1.0, 0.0, 0.0)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from random import Random
 
-from izo_ref.porting.reference.random_numbers import dyadic, shuffled
-from izo_ref.porting.reference.zone_parts import (
+from izo_ref.porting.generate.random_numbers import dyadic, shuffled
+from izo_ref.porting.generate.zone_parts import (
     FACE,
     MIDDLES,
     UP,
