@@ -9,7 +9,8 @@ from izo_ref.porting.generate.s11 import cases
 from izo_ref.porting.reference.optimum import check, natural_residuals, optimum, rows_of
 from tests.helpers.vectors import EPS, caught, is_close, require_good_cases
 from tests.naive.qp import dense_rows, solve_qp
-from tests.ports.own.s11 import answer
+from tests.ports.own.s11 import answer, problem_of
+from validation.oracles import slsqp
 
 CASES = cases()
 OWNED = ("rows-redundant", "rows-opposed", "mass-ratio", "cap-100", "early-stop", "infeasible")
@@ -198,6 +199,13 @@ def always_feasible(case):
     return {**dual_steps(case, 300), "feasible": 1}
 
 
+def slsqp_in_metres(case):
+    """Solve the zone by SLSQP in metres and kilograms, as most users would."""
+    found = slsqp.solve_raw(problem_of(case.inputs))
+    ends = np.array(case.inputs["proposed"]) + found.displacements.ravel()
+    return {"feasible": 1, "positions": ends.tolist()}
+
+
 @pytest.mark.parametrize(
     ("flag", "wrong", "least"),
     [
@@ -209,6 +217,7 @@ def always_feasible(case):
         ("rows-opposed", a_hundred_steps, 6),
         ("mass-ratio", a_hundred_steps, 3),
         ("mass-ratio", equal_masses, 5),
+        ("mass-ratio", slsqp_in_metres, 1),
         ("mass-weighting", equal_masses, 5),
         ("pinned-masses", nothing_is_pinned, 3),
         ("constraint-sign", other_sign, 2),

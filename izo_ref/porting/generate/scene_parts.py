@@ -87,15 +87,11 @@ def sheet(
         ripple: Moves each vertex a little up or down, if given.
     """
     step = size / (side - 1)
-    places = [
-        (
-            at[0] + i * step,
-            at[1] + j * step,
-            z + (dyadic(ripple, -1.0, 1.0) / 64 if ripple else 0.0),
-        )
-        for i in range(side)
-        for j in range(side)
-    ]
+    places: list[Place] = []
+    for i in range(side):
+        for j in range(side):
+            bump = dyadic(ripple, -1.0, 1.0) / 64.0 if ripple else 0.0
+            places.append((at[0] + i * step, at[1] + j * step, z + bump))
     faces: list[list[int]] = []
     for i in range(side - 1):
         for j in range(side - 1):
