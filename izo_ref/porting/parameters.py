@@ -90,8 +90,8 @@ JUDGES = {
         ("S3.weights",),
     ),
     "kkt": Judge(
-        "l >= -tol, |M (x - y) - A^T l| <= tol, |l_j c_j| <= tol and c_j <= tol by the positions "
-        "of the reply, tol = multiple * eps * scale",
+        "by the positions x of the reply: |x - y - M^-1 A^T l| <= multiple * eps * scale for each "
+        "coordinate, and |min(l_j K_jj, -c_j)| <= multiple * eps * gap_scale for each impact",
         TOLERANCE,
         "f",
         {**OF_ONE_TYPE, "gap_scale": NUMBERS},

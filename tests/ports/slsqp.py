@@ -2,9 +2,9 @@
 
     izo conform --exec "python -m tests.ports.slsqp"
 
-It solves the scaled form of `validation/oracles/slsqp.py` and gives no multipliers. For a quarter of
-the zones SLSQP reports no success although its answer is right: it finds no better step, and does
-not know why. So a zone counts as infeasible only if the answer violates a constraint.
+It solves the scaled form of `validation/oracles/slsqp.py` and gives no multipliers. For a quarter
+of the zones SLSQP reports no success although its answer is right: it finds no better step, and
+does not know why. So a zone counts as infeasible only if the answer violates a constraint.
 """
 
 from typing import Any

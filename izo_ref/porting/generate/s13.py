@@ -23,6 +23,7 @@ class Lot(NamedTuple):
     what: str
     inputs: dict[str, Any]
     offender: int | None = None
+    also: tuple[str, ...] = ()
 
 
 def _good(**changes: Any) -> dict[str, Any]:
@@ -175,7 +176,7 @@ def _starts() -> list[Lot]:
 
 def _fine() -> list[Lot]:
     """Return input that a port must take."""
-    flag, faces = "over-strict", _good()["faces"]
+    flag, masses, faces = "over-strict", ("pinned-masses",), _good()["faces"]
     book = SceneParts()
     pages = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.5), (0.0, 0.0, 1.0), (0.0, -1.0, 0.5)]
     book.add(pages, [[0, 1, 2], [0, 1, 3], [0, 1, 4]], (0.0, 0.0, 0.25))
@@ -186,10 +187,12 @@ def _fine() -> list[Lot]:
     return [
         Lot("fine", flag, "easy", "A sheet falls onto another one; some vertices are in no face.",
             _good()),
-        Lot("fine", flag, "easy", "The mass of a pinned vertex is 0.", _pinned_with(4, 0.0)),
-        Lot("fine", flag, "medium", "The mass of a pinned vertex is NaN.", _pinned_with(4, NAN)),
+        Lot("fine", flag, "easy", "The mass of a pinned vertex is 0.", _pinned_with(4, 0.0),
+            also=masses),
+        Lot("fine", flag, "medium", "The mass of a pinned vertex is NaN.", _pinned_with(4, NAN),
+            also=masses),
         Lot("fine", flag, "medium", "The mass of a pinned vertex is negative.",
-            _pinned_with(12, -1.0)),
+            _pinned_with(12, -1.0), also=masses),
         Lot("fine", flag, "easy", "The mesh has no faces.", _good(faces=[])),
         Lot("fine", flag, "easy", "Nothing meets on the path.", scenes.apart().inputs()),
         Lot("fine", flag, "medium", "One face is there twice.", _good(faces=[*faces, *faces[:3]])),
@@ -219,7 +222,7 @@ def cases() -> list[Case]:
         if lot.offender is not None:
             expected["offender"] = {"judge": "equal", "values": [lot.offender]}
         name = f"S13-{lot.word}-{number:02}"
-        flags = (lot.flag,)
+        flags = (lot.flag, *lot.also)
         result.append(
             Case(name, "S13", flags, verdict, lot.grade, DTYPES, lot.what, lot.inputs, expected)
         )
