@@ -7,7 +7,8 @@
   `formulas/` are proved for the written order.
 * `error_model="numpy"`: x / 0.0 is inf or NaN on every target, instead of an exception.
 * Compiled code is kept on disk. numba's cache does not see edits in imported files, so the name of
-  the folder is a digest of all sources of the package and of the versions.
+  the folder is a digest of the versions and of all sources of the package, except those of folders
+  that compiled code never calls.
 """
 
 from __future__ import annotations
@@ -41,6 +42,8 @@ OPTIONS = {
     "no_cfunc_wrapper": True,  # no C code calls these functions
 }
 
+# Nothing that is compiled imports these folders, so their edits leave compiled code as it is.
+NEVER_COMPILED = ("app", "porting")
 # It is in the names of the files with compiled code that this process writes.
 _PROCESS = uuid.uuid4().hex[:12]
 
@@ -51,6 +54,8 @@ def _cache_folder() -> Path:
     digest.update(repr(versions).encode())
     package = Path(__file__).parents[1]
     for source in sorted(package.rglob("*.py")):
+        if source.relative_to(package).parts[0] in NEVER_COMPILED:
+            continue
         digest.update(str(source.relative_to(package)).encode() + b"\0" + source.read_bytes())
     base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     return Path(base) / "izo_ref" / digest.hexdigest()[:16]

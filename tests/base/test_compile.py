@@ -11,6 +11,7 @@ import numba
 import pytest
 
 import izo_ref
+from izo_ref.base.compile import NEVER_COMPILED
 
 PACKAGE = Path(izo_ref.__file__).parent
 
@@ -24,13 +25,20 @@ def folder_of(root):
     return done.stdout.strip()
 
 
-def test_an_edit_of_any_file_gets_a_folder_of_its_own(tmp_path):
+def test_an_edit_of_any_file_that_is_compiled_gets_a_folder_of_its_own(tmp_path):
     shutil.copytree(PACKAGE, tmp_path / "izo_ref")
     before = folder_of(tmp_path)
-    assert folder_of(tmp_path) == before
-    with open(tmp_path / "izo_ref" / "base" / "formulas" / "vec3.py", "a") as file:
-        file.write("# a remark\n")
-    assert folder_of(tmp_path) != before
+    for edited, same in (("porting/stages.py", True), ("base/formulas/vec3.py", False)):
+        with open(tmp_path / "izo_ref" / edited, "a") as file:
+            file.write("# a remark\n")
+        assert (folder_of(tmp_path) == before) is same
+
+
+@pytest.mark.parametrize("folder", NEVER_COMPILED)
+def test_folders_whose_edits_do_not_matter_hold_nothing_that_is_compiled(folder):
+    for path in (PACKAGE / folder).rglob("*.py"):
+        assert "@compiled" not in path.read_text()
+        assert "kernel\n" not in path.read_text()
 
 
 def test_numbas_own_cache_folder_is_left_alone():

@@ -104,6 +104,10 @@ def _redundant() -> list[Lot]:
         Lot("redundant", own, "medium", "Two of three constraints imply the third one, which is "
             "tight nowhere.",
             z.walls((RIGHT, 0.0), (BACK, 0.0), (slanted, -0.25), start=(-0.5, -0.75, 0.0))),
+        Lot("redundant", own, "hard", "Three planes through one direction. A method that adds the "
+            "most violated constraint must give up the second one for the third, which depends "
+            "on those it has.",
+            z.walls((UP, 77 / 64), (unit(4.0, 0.0, 3.0), 1.0), (unit(3.0, 0.0, 4.0), 19 / 16))),
     ]  # fmt: skip
 
 
