@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside, fill, folders
+from izo_ref.app.conform_command import conform
 from izo_ref.app.files import check_outputs, load_result, load_scene, save_json, save_result
 from izo_ref.app.flags import scene_modes, with_flags
 from izo_ref.app.parser import command_parser
@@ -229,6 +230,7 @@ _RUNS: dict[str, Run] = {
     "plan": _plan,
     "certify": _certify,
     "demo": _demo,
+    "conform": conform,
     "cache show": _show_cache,
     "cache clear": _clear_cache,
     "cache fill": _fill_cache,

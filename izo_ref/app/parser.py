@@ -4,6 +4,7 @@ import argparse
 from typing import TypeAlias
 
 from izo_ref.app.cache import TASKS
+from izo_ref.app.conform_command import add_conform
 from izo_ref.app.flags import add_scene_flags
 from izo_ref.base.options import CHOICES, Options
 from izo_ref.porting.cases import GRADES
@@ -34,6 +35,7 @@ def command_parser() -> argparse.ArgumentParser:
         metavar="OUT.npz",
         help="result whose end positions are certified; the proposed positions if it is left out",
     )
+    add_conform(commands)
     _add_cache(commands)
     _add_vectors(commands)
     text = "resolve a scene of our own, and write a page with the result"
