@@ -13,7 +13,7 @@ from izo_ref.porting.conform.known import Compared, compare, known_text, read_kn
 from izo_ref.porting.conform.page import page_text
 from izo_ref.porting.conform.report import Report, report_record, report_text
 from izo_ref.porting.conform.run import Choice, Run, requests_of, run_program
-from izo_ref.porting.conform.vectors import load_cases
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.stages import STAGE
 
 CONFORMS, DOES_NOT = 0, 1
@@ -122,11 +122,11 @@ def conform(args: argparse.Namespace) -> int:
     Raises:
         OptionError: A word of the command line names nothing.
         FileFormatError: A file cannot be read or written.
+        VectorsError: The vectors are missing or damaged.
     """
     outputs = {"--json": args.json, "--html": args.html, "--write-failures": args.write_failures}
     check_outputs({"--failures": args.failures}, outputs)
-    folder = None if args.vectors is None else Path(args.vectors)
-    cases = load_cases(folder)
+    cases = load_cases(None if args.vectors is None else Path(args.vectors))
     if args.self_test:
         return _self_test(cases, outputs)
     known = {}
@@ -136,7 +136,7 @@ def conform(args: argparse.Namespace) -> int:
     if run is None:
         return CONFORMS
     compared = compare(run.rows, known) if known else Compared(frozenset(), ())
-    report = Report(run, compared, folder)
+    report = Report(run, compared)
     if args.json:
         save_json(args.json, report_record(report))
     if args.html:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from pathlib import Path
+import textwrap
 from typing import Any, NamedTuple
 
 from izo_ref.porting.cases import hexadecimal
 from izo_ref.porting.conform.known import Compared
 from izo_ref.porting.conform.run import Row, Run
 from izo_ref.porting.conform.text import clean
-from izo_ref.porting.conform.vectors import explain_flag, source_line
+from izo_ref.porting.flags import FLAG
 from izo_ref.porting.judge.outcome import (
     FAILED,
     NOT_RUN,
@@ -19,10 +18,12 @@ from izo_ref.porting.judge.outcome import (
     Difference,
     place,
 )
-from izo_ref.porting.stages import STAGE, STAGES
+from izo_ref.porting.reading import lines_of, method_page
+from izo_ref.porting.stages import STAGE, STAGES, Stage
 from izo_ref.version import __version__
 
 COLUMNS = ("cases", "passed", "failed", "known", "not supported", "not run", "early times")
+WIDTH = 100  # of the text
 
 
 class Report(NamedTuple):
@@ -31,12 +32,10 @@ class Report(NamedTuple):
     Attributes:
         run: The run.
         compared: Which failures are known, and which lines about them are not true any more.
-        folder: The folder of the vectors, or None for that of the repository.
     """
 
     run: Run
     compared: Compared = Compared(frozenset(), ())
-    folder: Path | None = None
 
     @property
     def failures(self) -> list[Row]:
@@ -141,32 +140,50 @@ def first_divergence(report: Report) -> dict[str, Any] | None:
         "grade": case.grade,
         **difference_record(row.outcome.differences[0]),
         "more": len(row.outcome.differences) - 1,
-        "flags": {flag: explain_flag(flag, report.folder) for flag in case.flags},
-        "reference": source_line(stage),
-        "method": f"docs/method/{stage.method}.md",
+        "flags": {flag: explained(flag) for flag in case.flags},
+        "reference": where_to_read(stage),
+        "method": method_page(stage),
     }
 
 
-def _divergence_lines(first: dict[str, Any]) -> Sequence[str]:
+def explained(flag: str) -> str:
+    """Return what the dictionary of flags says about a mistake; empty if it does not know it."""
+    entry = FLAG.get(flag)
+    return "" if entry is None else f"{entry.mistake} {entry.harm}"
+
+
+def where_to_read(stage: Stage) -> str:
+    """Return file, lines and name of our own implementation; no lines without its source."""
+    try:
+        return str(lines_of(stage))
+    except (OSError, LookupError):
+        return stage.source
+
+
+def _divergence_lines(first: dict[str, Any]) -> list[str]:
+    flags = [f"{flag}{': ' if text else ''}{text}" for flag, text in first["flags"].items()]
+    entries = [
+        ("case", first["what"]),
+        ("where", first["where"]),
+        ("wrong", first["sentence"]),
+        ("expected", first["expected"]),
+        ("got", first["got"]),
+        *(("flag", flag) for flag in flags),
+        ("formula", first["formula"]),
+        ("read", first["reference"]),
+        ("", first["method"]),
+        ("more", f"{first['more']} more differences in this case" if first["more"] else None),
+    ]
     lines = [
         f"First divergence: {first['stage']} {first['title']}, case {first['case']}, "
-        f"{first['dtype']} ({first['grade']})",
-        f"  case       {first['what']}",
-        f"  where      {first['where']}",
-        f"  wrong      {first['sentence']}",
+        f"{first['dtype']} ({first['grade']})"
     ]
-    for name in ("expected", "got"):
-        if first[name] is not None:
-            lines.append(f"  {name:<9}  {first[name]}")
-    for flag, text in first["flags"].items():
-        lines.append(f"  flag       {flag}{': ' if text else ''}{text}")
-    lines += [
-        f"  formula    {first['formula']}",
-        f"  read       {first['reference']}",
-        f"             {first['method']}",
-    ]
-    if first["more"]:
-        lines.append(f"  {first['more']} more differences in this case")
+    for name, text in entries:
+        if text is not None:
+            begin = f"  {name:<9}"
+            lines += textwrap.wrap(
+                text, WIDTH, initial_indent=begin, subsequent_indent=" " * len(begin)
+            )
     return lines
 
 
