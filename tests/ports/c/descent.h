@@ -51,8 +51,8 @@ void add_pulls(const struct descent *descent, real factor, const real *forces, r
    `restart`, the direction forgets the steps before. */
 struct line choose_direction(struct descent *descent, bool restart);
 
-/* Keeps the last step of lbfgs, if it tells the curvature. */
-void remember_pair(struct descent *descent);
+/* Keeps what cg and lbfgs learn from the last step, whose end has just been evaluated. */
+void remember_step(struct descent *descent);
 
 /* Extrapolates the step that has just been made. */
 void accelerate(struct descent *descent);

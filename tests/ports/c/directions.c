@@ -64,7 +64,8 @@ static void cg_direction(struct descent *descent, bool restart) {
     for (size_t i = 0; i < descent->n; ++i) p[i] = (real)beta * p[i] - g[i];
 }
 
-void remember_pair(struct descent *descent) {
+/* Keeps the last step of lbfgs, if it tells the curvature. */
+static void remember_pair(struct descent *descent) {
     const real *y = descent->gradient_change, *p = descent->direction;
     size_t n = descent->n, slot = descent->n_pairs % descent->pairs;
     real *s = allocate_reals(n);
@@ -80,24 +81,33 @@ void remember_pair(struct descent *descent) {
     ++descent->n_pairs;
 }
 
+void remember_step(struct descent *descent) {
+    for (size_t i = 0; i < descent->n; ++i)
+        descent->gradient_change[i] = descent->gradient[i] - descent->gradient_before[i];
+    if (descent->kind == LBFGS) remember_pair(descent);
+}
+
 static void add_multiple(real *out, double factor, const real *v, size_t n) {
     for (size_t i = 0; i < n; ++i) out[i] += (real)factor * v[i];
 }
 
 /* The two-loop recursion: Nocedal and Wright, algorithm 7.4. */
 static void lbfgs_direction(struct descent *descent) {
-    size_t n = descent->n, end = descent->n_pairs, first = end > descent->pairs ? end - descent->pairs : 0;
+    size_t n = descent->n, end = descent->n_pairs;
+    size_t first = end > descent->pairs ? end - descent->pairs : 0;
     double alpha[MOST_PAIRS];
     real *p = descent->direction;
     for (size_t i = 0; i < n; ++i) p[i] = -descent->gradient[i];
     for (size_t pair = end; pair-- > first;) {
         size_t slot = pair % descent->pairs;
-        alpha[slot] = sum_of_products(descent->pair_steps[slot], p, n) / descent->pair_products[slot];
+        double along = sum_of_products(descent->pair_steps[slot], p, n);
+        alpha[slot] = along / descent->pair_products[slot];
         add_multiple(p, -alpha[slot], descent->pair_changes[slot], n);
     }
     if (end > 0) {
-        const real *y = descent->pair_changes[(end - 1) % descent->pairs];
-        double gamma = descent->pair_products[(end - 1) % descent->pairs] / sum_of_products(y, y, n);
+        size_t slot = (end - 1) % descent->pairs;
+        const real *y = descent->pair_changes[slot];
+        double gamma = descent->pair_products[slot] / sum_of_products(y, y, n);
         for (size_t i = 0; i < n; ++i) p[i] *= (real)gamma;
     }
     for (size_t pair = first; pair < end; ++pair) {

@@ -63,7 +63,8 @@ static struct problem scale_problem(const struct zone *zone) {
                     row[3 * vertex + axis] += entry / sqrt((double)zone->masses[vertex]);
             }
         }
-        double scale = problem.scales[j] = sqrt(dot_n(row, row, n)), inverse = scale > 0 ? 1 / scale : 1;
+        double scale = problem.scales[j] = sqrt(dot_n(row, row, n));
+        double inverse = scale > 0 ? 1 / scale : 1;
         for (size_t i = 0; i < n; ++i) row[i] *= inverse;
         problem.rhs[j] = ((double)zone->thickness - gap) * inverse;
         problem.rounding[j] = 4 * DBL_EPSILON * size * inverse;

@@ -8,7 +8,7 @@
 /* Room for the extrema of a cubic. */
 enum { EXTREMA = 8 };
 
-/* De Casteljau's scheme on Bernstein coefficients only averages, so it is as accurate as they are. */
+/* De Casteljau's scheme on Bernstein coefficients only averages: it is as accurate as they are. */
 static real bernstein(const real *coefficients, int degree, real t) {
     real b[4];
     memcpy(b, coefficients, sizeof *b * (size_t)(degree + 1));

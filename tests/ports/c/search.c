@@ -55,7 +55,8 @@ static struct step backtrack(const struct line *line, double first, struct searc
     for (double step = first; step >= search->smallest_step; step *= search->shrink) {
         if (search->n_tried < search->room) search->tried[search->n_tried++] = (real)step;
         double change = at_step(line, step).change;
-        if (decreases_enough(line, step, change, search->armijo)) return (struct step){step, change};
+        if (decreases_enough(line, step, change, search->armijo))
+            return (struct step){step, change};
     }
     return (struct step){0, 0};
 }
@@ -94,7 +95,8 @@ static struct step minimise_line(const struct line *line) {
 /* Keeps an interval that holds steps with the strong Wolfe conditions. The next step is that of
    Newton's method on phi', which reaches the root if no kink is in between; else it is the middle
    of the interval, or twice its lower end as long as it has no upper end. */
-static struct step search_wolfe(const struct line *line, double first, const struct search *search) {
+static struct step search_wolfe(const struct line *line, double first,
+                                const struct search *search) {
     double low = 0, high = INFINITY, step = first, change_low = 0;
     double flat = search->wolfe * fabs(line->slope);
     for (int tries = 0; tries < 200 && step >= search->smallest_step; ++tries) {

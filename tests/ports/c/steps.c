@@ -197,25 +197,28 @@ static void record(const struct descent *descent, double step, struct trace *tra
     trace->step_sizes[trace->count++] = (real)step;
 }
 
+static double largest_of(const real *values, size_t n) {
+    double largest = 0;
+    for (size_t i = 0; i < n; ++i) largest = fmax(largest, fabs((double)values[i]));
+    return largest;
+}
+
 /* The order of the updates matters. The multipliers change after a move, and cg and lbfgs compare
    two gradients for the same multipliers: so for them the update waits for the next gradient. */
 static void run(struct descent *descent, struct settings *settings, struct trace *trace) {
     bool has_memory = descent->kind == CG || descent->kind == LBFGS, moved = false, restart = true;
     size_t inner = 0; /* steps since the last inner solve ended */
-    double last = settings->first_step, largest_start = 0;
+    double last = settings->first_step, largest_start = largest_of(descent->starts, descent->m);
     struct step step = {0, 0};
-    for (size_t j = 0; j < descent->m; ++j)
-        largest_start = fmax(largest_start, fabs((double)descent->starts[j]));
     for (size_t taken = 0;; ++taken) {
         struct measures measures = evaluate(descent);
         if (taken > 0) record(descent, step.length, trace);
         if (taken == settings->steps) return;
         if (measures.error == 0 && measures.shift_sq == 0) return; /* this is the solution */
-        for (size_t i = 0; i < descent->n && moved && has_memory; ++i)
-            descent->gradient_change[i] = descent->gradient[i] - descent->gradient_before[i];
-        if (descent->kind == LBFGS && moved) remember_pair(descent);
-        bool done = !settings->every_step &&
-                    (!moved || is_inner_solve_done(descent, settings, &measures, inner, step.change));
+        if (moved && has_memory) remember_step(descent);
+        bool done = !settings->every_step;
+        if (done && moved)
+            done = is_inner_solve_done(descent, settings, &measures, inner, step.change);
         if (taken > 0 && (done || (settings->every_step && has_memory))) {
             update(descent);
             measures = evaluate(descent);
