@@ -1,8 +1,7 @@
 """Deliberate faults of the port in C, each a small change of one line or two.
 
-They are mistakes that ports make. The vectors have to catch each of them at its stage, and to name
-it: by the first case that fails, or by the flag of which the largest share of cases fails, because
-a gross mistake also breaks cases that are about something else.
+They are mistakes that ports make. The vectors have to catch each of them at its stage, and `izo
+conform` has to explain it among the likely mistakes.
 """
 
 from __future__ import annotations
@@ -51,13 +50,23 @@ FAULTS = (
         "f4",
     ),
     Fault(
+        "a cubic whose leading coefficient is zero has no root",
+        "roots.c",
+        "    cuts[n_cuts++] = 0;\n    if (degree > 1) {",
+        "    const real *b = coefficients;\n"
+        "    if (degree == 3 && b[3] - 3 * b[2] + 3 * b[1] - b[0] == 0) return 0;\n"
+        "    cuts[n_cuts++] = 0;\n    if (degree > 1) {",
+        "S2",
+        "linear-cubic",
+    ),
+    Fault(
         "the cubic is taken for a straight line",
         "pair.c",
         "    add_roots(cubic, 3, error, all);",
         "    const real straight[2] = {cubic[0], cubic[3]};\n"
         "    add_roots(straight, 1, error, all);",
         "S2",
-        "linear-cubic",
+        "many-roots",
     ),
     Fault(
         "only the first root of the cubic is looked at",
@@ -260,5 +269,13 @@ FAULTS = (
         "(real)fmax(0, set.multipliers[k]);",
         "S11",
         "mass-weighting",
+    ),
+    Fault(
+        "a constraint that depends on the active ones makes a zone infeasible",
+        "optimum.c",
+        "if (isinf(step)) return false;",
+        "if (is_dependent) return false;",
+        "S11",
+        "rows-redundant",
     ),
 )

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import shutil
 import subprocess
-from collections import Counter
 from functools import cache
 from pathlib import Path
 
 import pytest
 
 from izo_ref.porting.cases import Case
+from izo_ref.porting.conform.report import SUSPECTS
 from izo_ref.porting.conform.run import Choice, Row, requests_of, run_program
-from izo_ref.porting.conform.vectors import load_cases
+from izo_ref.porting.conform.suspects import suspects
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.judge.outcome import FAILED, PASSED
 from izo_ref.porting.stages import STAGE
 from tests.ports.c_faults import FAULTS, Fault
@@ -87,15 +88,6 @@ def test_every_stage_of_the_port_conforms(compiler: str, dtype: str, tmp_path: P
     assert {row.request.case.stage for row in rows} == set(STAGES)
 
 
-def flags_that_fail_most(rows: list[Row]) -> set[str]:
-    """Return the flags of which the largest share of cases fails."""
-    asked = Counter(flag for row in rows for flag in row.request.case.flags)
-    failed = [row.request.case.flags for row in rows if row.outcome.result == FAILED]
-    counts = Counter(flag for flags in failed for flag in flags)
-    shares = {flag: count / asked[flag] for flag, count in counts.items()}
-    return {flag for flag, share in shares.items() if share == max(shares.values())}
-
-
 @pytest.mark.parametrize("fault", FAULTS, ids=[fault.name for fault in FAULTS])
 def test_a_fault_is_caught_at_its_stage_and_named_by_its_flag(
     fault: Fault, tmp_path: Path, objects: dict[str, dict[str, Path]]
@@ -107,8 +99,8 @@ def test_a_fault_is_caught_at_its_stage_and_named_by_its_flag(
     first = next((row for row in rows if row.outcome.result == FAILED), None)
     assert first is not None, "no case fails"
     assert first.request.case.stage == fault.stage, first
-    own = [row for row in rows if row.request.case.stage == fault.stage]
-    assert fault.flag in {*first.request.case.flags, *flags_that_fail_most(own)}, first
+    named = [item.flag for item in suspects(rows, fault.stage)[:SUSPECTS]]
+    assert fault.flag in named
 
 
 def answers_of(port: Path, lines: list[str]) -> list[str]:

@@ -12,6 +12,7 @@ from izo_ref.porting.conform.report import (
     first_divergence,
     row_record,
     stage_counts,
+    suspect_lines,
     verdict_line,
 )
 from izo_ref.porting.stages import STAGE
@@ -116,7 +117,7 @@ def _divergence(report: Report) -> Iterable[str]:
         ("wrong", first["sentence"]),
         ("expected", first["expected"]),
         ("got", first["got"]),
-        *((f"flag {flag}", text) for flag, text in first["flags"].items()),
+        *((f"mistake {flag}", text) for flag, text in suspect_lines(first)),
         ("formula", first["formula"]),
         ("read", f"{first['reference']}, {first['method']}"),
     ]

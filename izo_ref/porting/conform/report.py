@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from izo_ref.porting.cases import hexadecimal
 from izo_ref.porting.conform.known import Compared
 from izo_ref.porting.conform.run import Row, Run
+from izo_ref.porting.conform.suspects import suspects
 from izo_ref.porting.conform.text import clean
 from izo_ref.porting.flags import FLAG
 from izo_ref.porting.judge.outcome import (
@@ -24,6 +25,7 @@ from izo_ref.version import __version__
 
 COLUMNS = ("cases", "passed", "failed", "known", "not supported", "not run", "early times")
 WIDTH = 100  # of the text
+SUSPECTS = 3  # mistakes that are explained
 
 
 class Report(NamedTuple):
@@ -140,7 +142,11 @@ def first_divergence(report: Report) -> dict[str, Any] | None:
         "grade": case.grade,
         **difference_record(row.outcome.differences[0]),
         "more": len(row.outcome.differences) - 1,
-        "flags": {flag: explained(flag) for flag in case.flags},
+        "flags": list(case.flags),
+        "suspects": [
+            {"flag": item.flag, "failed": item.failed, "judged": item.judged}
+            for item in suspects(report.run.rows, stage.name)
+        ],
         "reference": where_to_read(stage),
         "method": method_page(stage),
     }
@@ -160,15 +166,25 @@ def where_to_read(stage: Stage) -> str:
         return stage.source
 
 
+def suspect_lines(first: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return the most likely mistakes of the first divergence, and what each of them is."""
+    return [
+        (
+            suspect["flag"],
+            f"{suspect['failed']} of {suspect['judged']} cases fail. {explained(suspect['flag'])}",
+        )
+        for suspect in first["suspects"][:SUSPECTS]
+    ]
+
+
 def _divergence_lines(first: dict[str, Any]) -> list[str]:
-    flags = [f"{flag}{': ' if text else ''}{text}" for flag, text in first["flags"].items()]
     entries = [
         ("case", first["what"]),
         ("where", first["where"]),
         ("wrong", first["sentence"]),
         ("expected", first["expected"]),
         ("got", first["got"]),
-        *(("flag", flag) for flag in flags),
+        *(("mistake", f"{flag}: {text}") for flag, text in suspect_lines(first)),
         ("formula", first["formula"]),
         ("read", first["reference"]),
         ("", first["method"]),

@@ -67,24 +67,29 @@ def kernels(dtype: str) -> SimpleNamespace:
         return vec4(real(1.0), -u, real(0.0), u - real(1.0))
 
     @wp.func
+    def points_at(p: vec3, a: vec3, b: vec3, s: real, r: real, best: vec4):
+        # the better of two guesses of the closest points
+        d = s * p - a - r * (b - a)
+        e = best[1] * p + best[2] * a + best[3] * b
+        if wp.dot(d, d) < wp.dot(e, e):
+            return vec4(real(1.0) - s, s, r - real(1.0), -r)
+        return best
+
+    @wp.func
     def edge_edge(p: vec3, a: vec3, b: vec3):
-        # Weights of the edge from the origin to p and of the edge a b; C. Ericson, 5.1.9.
+        # Weights of the edge from the origin to p and of the edge a b. The closest points are
+        # inside both edges, or one of them is an end. Nearly parallel edges have an inner solution
+        # that is mostly rounding, so the ends are always tried.
         d = b - a
-        pp = wp.dot(p, p)
-        dd = wp.dot(d, d)
-        pd = wp.dot(p, d)
-        pa = wp.dot(p, a)
-        da = wp.dot(d, a)
         n = wp.cross(p, d)
-        s = clamp01((pa * dd - pd * da) / wp.dot(n, n))
-        r = (pd * s - da) / dd
-        if not r > real(0.0):
-            r = real(0.0)
-            s = clamp01(pa / pp)
-        elif r > real(1.0):
-            r = real(1.0)
-            s = clamp01((pd + pa) / pp)
-        return vec4(real(1.0) - s, s, r - real(1.0), -r)
+        nn = wp.dot(n, n)
+        s = clamp01(wp.dot(wp.cross(a, d), n) / nn)
+        r = clamp01(wp.dot(wp.cross(a, p), n) / nn)
+        best = vec4(real(1.0) - s, s, r - real(1.0), -r)
+        best = points_at(p, a, b, real(0.0), nearest_on_segment(a, b), best)
+        best = points_at(p, a, b, real(1.0), nearest_on_segment(a - p, b - p), best)
+        best = points_at(p, a, b, nearest_on_segment(-a, p - a), real(0.0), best)
+        return points_at(p, a, b, nearest_on_segment(-b, p - b), real(1.0), best)
 
     @wp.func
     def weights_of(is_edge_edge: int, a: vec3, b: vec3, c: vec3):
@@ -126,7 +131,8 @@ def kernels(dtype: str) -> SimpleNamespace:
         meets_out: wp.array(dtype=int),
         toi_out: wp.array(dtype=real),
     ):
-        # Conservative advancement: in a time of distance / speed the sides cannot meet.
+        # Conservative advancement: in a time of distance / speed the sides cannot meet. The limit
+        # is more than the rounding of the distance.
         t = real(0.0)
         speed = speed_of(start, end, is_edge_edge)
         limit = contact * size_of(start, end)
@@ -143,7 +149,7 @@ def kernels(dtype: str) -> SimpleNamespace:
                 return
             if speed == real(0.0) or t == real(1.0):
                 return
-            t = wp.min(t + (real(1.0) - share_left) * distance / speed, real(1.0))
+            t = wp.min(t + (real(1.0) - share_left) * (distance - limit) / speed, real(1.0))
         meets_out[0] = 1
         toi_out[0] = t
 
