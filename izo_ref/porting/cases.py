@@ -3,8 +3,8 @@
 A file holds the cases of one stage, one case a line:
 
     {"version": 1, "stage": "S9", "cases": [
-    {"id": "S9-clamp-01", "stage": "S9", "flags": ["multipliers-not-clamped"], "verdict": "valid",
-     "grade": "easy", "dtypes": ["f8", "f4"], "what": "...", "input": {"multipliers": ["0x1p+0"],
+    {"id": "S9-multipliers-not-clamped-01", "stage": "S9", "flags": ["multipliers-not-clamped"],
+     "verdict": "valid", "grade": "easy", "dtypes": ["f8", "f4"], "what": "...", "input": {"multipliers": ["0x1p+0"],
      ...}, "expected": {"multipliers": {"judge": "values", "values": [...], ...}}},
     ...]}
 
@@ -40,7 +40,7 @@ class Case(NamedTuple):
     """One case of a stage.
 
     Attributes:
-        id: `S7-kink-01`: the stage, a word, a number.
+        id: `S7-kink-below-01`: the stage, words, a number.
         stage: Name of the stage.
         flags: Names of the mistakes that the case catches (`flags.py`), the most likely one first.
         verdict: VALID, INVALID or ACCEPTABLE.
