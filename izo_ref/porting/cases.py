@@ -4,8 +4,9 @@ A file holds the cases of one stage, one case a line:
 
     {"version": 1, "stage": "S9", "cases": [
     {"id": "S9-multipliers-not-clamped-01", "stage": "S9", "flags": ["multipliers-not-clamped"],
-     "verdict": "valid", "grade": "easy", "dtypes": ["f8", "f4"], "what": "...", "input": {"multipliers": ["0x1p+0"],
-     ...}, "expected": {"multipliers": {"judge": "values", "values": [...], ...}}},
+     "verdict": "valid", "grade": "easy", "dtypes": ["f8", "f4"], "what": "...",
+     "input": {"multipliers": ["0x1p+0"], ...},
+     "expected": {"multipliers": {"judge": "values", "values": [...], ...}}},
     ...]}
 
 Arrays are flat lists, row by row; `stages.py` has their shapes. A float is a string in C's
