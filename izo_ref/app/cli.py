@@ -28,7 +28,7 @@ from izo_ref.base.records import Status
 from izo_ref.certificate.certify import PathCertificate, certify_path
 from izo_ref.detection.find import find_impacts
 from izo_ref.loop.plan import plan
-from izo_ref.loop.resolve import resolve
+from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 
 FREE, NOT_FREE, BAD_INPUT, FREE_EXCEPT_EXCLUDED = 0, 1, 2, 3
@@ -75,10 +75,11 @@ def _say_copies(scene: Scene) -> None:
 def _resolve(args: Arguments) -> int:
     outputs = {"-o": args.output, "--json": args.json}
     check_outputs({"the step": args.step}, outputs)
+    run = resolve if args.trace is None else _tracing(args.trace)
     with _progress() as tick:
         with compiling_beside("small-zones"):
             scene = _load_step(args)
-        result = resolve(
+        result = run(
             scene,
             args.thickness,
             args.device,
@@ -106,6 +107,15 @@ def _resolve(args: Arguments) -> int:
         _say(excluded_line(certificate["excluded"]))
         _say_pairs(certificate["excluded"])
     return _exit_code(result.certificate)
+
+
+def _tracing(folder: str) -> Callable[..., Result]:
+    """Return a `resolve` that writes a trace, after a check of its folder."""
+    from izo_ref.porting.trace import trace_resolve
+    from izo_ref.porting.trace_files import check_folder
+
+    check_folder(folder)
+    return lambda scene, *rest, **more: trace_resolve(scene, folder, *rest, **more)
 
 
 def _detect(args: Arguments) -> int:

@@ -97,6 +97,11 @@ def _add_resolve(commands: Commands) -> None:
         help="largest number of rounds that take the normals again at the answer "
         "(default: %(default)s)",
     )
+    command.add_argument(
+        "--trace",
+        metavar="FOLDER",
+        help="write every intermediate of the run, as .npy files and an index, to a new folder",
+    )
 
 
 def _add_cache(commands: Commands) -> None:

@@ -94,7 +94,16 @@ def restore_numbering(impacts: Impacts, order: Indices, faces: Faces) -> tuple[I
     Returns:
         The impacts, and (n_impacts,) i8, the index that each had before.
     """
+    impacts = restore_sides(impacts, order, faces)
+    index = np.lexsort((impacts.toi, *impacts.nodes.T[::-1], impacts.is_edge_edge))
+    return impacts.take(index), index
+
+
+def restore_sides(impacts: Impacts, order: Indices, faces: Faces) -> Impacts:
+    """Return impacts of the renumbered scene in the numbering of the caller, as they are sorted.
+
+    The arguments and the order of corners and edges are those of `restore_numbering`.
+    """
     nodes, kinds, toi, weights, normals = Impacts._make(column.copy() for column in impacts)
     order_sides(order, faces, kinds, nodes, weights, normals)
-    index = np.lexsort((toi, *nodes.T[::-1], kinds))
-    return Impacts(nodes, kinds, toi, weights, normals).take(index), index
+    return Impacts(nodes, kinds, toi, weights, normals)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -31,6 +32,8 @@ from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.problem import Residuals
 
+# See `resolve`.
+WrapStep: TypeAlias = Callable[[Step, Indices, float], Step]
 # Work that the rounds with new normals may always do, see `_work`: 0.04 to 0.2 s.
 LITTLE_WORK = 10_000
 
@@ -106,6 +109,7 @@ def resolve(
     options: Options | None = None,
     *,
     on_iteration: Callable[[Iteration], object] | None = None,
+    wrap_step: WrapStep | None = None,
 ) -> Result:
     """Find end positions close to the proposed ones whose straight path touches nothing.
 
@@ -119,6 +123,9 @@ def resolve(
             enough (see `plan`), else `cpu`.
         options: Choices and tolerances; the defaults if None.
         on_iteration: Function that is called with the record of each iteration as it ends.
+        wrap_step: Function that takes the step of the loop, its order of the vertices (`order[i]`
+            is the caller's vertex at place i) and its thickness, and returns the step to run in
+            its place. It is for recorders of the loop, such as `porting/trace.py`.
 
     Returns:
         The result. Its path is certified free, or its status says that it is not.
@@ -137,14 +144,15 @@ def resolve(
     checks.scene(scene)
     options = checks.options(options)
     checks.function("on_iteration", on_iteration)
+    checks.function("wrap_step", wrap_step)
     device = choose_device(device, scene)
     twin, units = scene_in_range(scene)
     if thickness is not None:
         thickness = thickness_in_range(checks.thickness(thickness), twin, units)
     if twin is scene:
-        return _resolve_in_range(scene, thickness, device, options, on_iteration)
+        return _resolve_in_range(scene, thickness, device, options, on_iteration, wrap_step)
     on_iteration = iterations_back(on_iteration, units)
-    result = _resolve_in_range(twin, thickness, device, options, on_iteration)
+    result = _resolve_in_range(twin, thickness, device, options, on_iteration, wrap_step)
     return result_back(result, scene, twin, units, device)
 
 
@@ -154,6 +162,7 @@ def _resolve_in_range(
     device: str,
     options: Options,
     on_iteration: Callable[[Iteration], object] | None,
+    wrap_step: WrapStep | None,
 ) -> Result:
     """Resolve a scene of ordinary size (`base/units.py`)."""
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
@@ -161,6 +170,8 @@ def _resolve_in_range(
     watch = Stopwatch()
     order = geometric_order(scene)
     step = make_step(renumber_scene(scene, order), thickness, options)
+    if wrap_step is not None:
+        step = wrap_step(step, order, thickness)
     loop = Loop(step, options.max_iterations, on_iteration)
     free = loop.run(0)
     watch.lap("main")
