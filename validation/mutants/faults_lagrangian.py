@@ -1,6 +1,11 @@
 """Faults of the augmented-Lagrangian methods: directions, line searches, loop, presets."""
 
-from validation.mutants.fault import ELSEWHERE, Fault
+from validation.mutants.fault import (
+    ELSEWHERE,
+    NOT_ASKED,
+    ON_GPU,
+    Fault,
+)
 
 DIRECTIONS = "tests/solvers/test_directions.py"
 SEARCHES = "tests/solvers/test_line_search.py"
@@ -19,6 +24,7 @@ LAGRANGIAN = [
         "The curvature condition takes the gradient between the ends, as the page has it.",
         (SEARCHES,),
         ELSEWHERE,
+        flag="wolfe-gradient",
     ),
     Fault(
         "newton-with-all-rows",
@@ -27,6 +33,7 @@ LAGRANGIAN = [
         "        if zone.coefficients[j, 0] == zone.coefficients[j, 0]:\n",
         "The generalised Hessian includes constraints that are not active.",
         (DIRECTIONS,),
+        flag="newton-active-set",
     ),
     Fault(
         "no-wait-for-the-rows",
@@ -35,6 +42,8 @@ LAGRANGIAN = [
         "    for vertex",
         "Vertices gather from constraints that other threads have not computed yet.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "sums-of-the-first-warp",
@@ -43,6 +52,8 @@ LAGRANGIAN = [
         "        for part in range(at, at + 3, 3 * WARP):\n            a += shared[part]\n",
         "In a block with more threads than a warp, only the first threads are summed.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "each-block-for-itself",
@@ -52,6 +63,8 @@ LAGRANGIAN = [
         "    for k in range(cuda.blockIdx.x, cuda.blockIdx.x + 1):\n        a += parts",
         "In a zone that all blocks solve together, each block sums only its own threads.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "couplings-of-one",
@@ -60,6 +73,8 @@ LAGRANGIAN = [
         "            largest = max(largest, 0.0 * row_sum)\n",
         "On a GPU, penalties are those of a zone whose constraints share no vertex.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "ends-in-the-loops-order",
@@ -68,6 +83,8 @@ LAGRANGIAN = [
         "kernels.put_rows[self._n](to_gpu(np.sort(order)), self.positions, moved_back)",
         "Positions on the GPU are returned in the order that the loop uses.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "lbfgs-oldest-pair-first",
@@ -76,6 +93,7 @@ LAGRANGIAN = [
         "    for pair in range(oldest, stored):\n",
         "The first loop of the recursion goes from the oldest pair to the newest.",
         (DIRECTIONS,),
+        flag="lbfgs-order",
     ),
     Fault(
         "omega-not-squared",
@@ -84,6 +102,7 @@ LAGRANGIAN = [
         "    return 4.0 / (4.0 - rho * omega)\n",
         "Chebyshev's recursion takes rho instead of its square.",
         (DIRECTIONS, METHODS),
+        flag="chebyshev-omega",
     ),
     Fault(
         "cg-keeps-the-gradient-of-old-multipliers",
@@ -93,6 +112,7 @@ LAGRANGIAN = [
         "The previous gradient is used as the change of the gradient, so beta and the stored "
         "pairs are wrong.",
         (LOOP, METHODS),
+        flag="cg-beta",
     ),
     Fault(
         "stops-on-violation-alone",
@@ -101,6 +121,8 @@ LAGRANGIAN = [
         "    gap = 0.0\n",
         "A zone whose constraints hold counts as solved, however far it is from the optimum.",
         (LOOP,),
+        flag="early-stop",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "trace-in-scaled-units",
@@ -109,6 +131,7 @@ LAGRANGIAN = [
         "        trace_out[iteration - 1, 0] = measures.objective\n",
         "The trace has the objective of the scaled variables.",
         (LOOP,),
+        flag="preset-scaling",
     ),
     Fault(
         "preset-in-own-scaling",
@@ -118,5 +141,6 @@ LAGRANGIAN = [
         "A preset divides its objective by the mean mass instead of multiplying it by the mean "
         "inverse mass.",
         (METHODS,),
+        flag="preset-scaling",
     ),
 ]

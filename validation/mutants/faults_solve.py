@@ -1,29 +1,17 @@
-"""Faults of the solvers and of the residuals that judge them."""
+"""Faults of the solvers."""
 
-from validation.mutants.fault import CPU_SIMULATOR, ELSEWHERE, Fault
+from validation.mutants.fault import (
+    CPU_SIMULATOR,
+    ELSEWHERE,
+    FALLBACK,
+    LARGE,
+    Fault,
+)
 
 SOLVE = "tests/solvers/test_solve.py"
-RESIDUALS = "tests/zones/test_problem.py"
 CERTIFIED = "tests/solvers/test_solve.py::test_random_zones_are_solved_to_tolerance"
-THREADS = "tests/loop/test_resolve.py::test_same_bits_with_one_thread_and_with_two"
 
 SOLVERS = [
-    Fault(
-        "nobody-waits-for-the-helpers",
-        "izo_ref/base/threads.py",
-        "    launch.work()\n    launch.wait()\n",
-        "    launch.work()\n",
-        "A launch ends although another thread still works on a part of it.",
-        ("tests/base/test_threads.py",),
-    ),
-    Fault(
-        "last-item-left-out",
-        "izo_ref/base/threads.py",
-        "items[n * k // n_parts : n * (k + 1) // n_parts]",
-        "items[n * k // n_parts : n * (k + 1) // n_parts - (k + 1 == n_parts)]",
-        "The last item of each launch on several threads is left out.",
-        ("tests/base/test_threads.py",),
-    ),
     Fault(
         "multipliers-not-clamped",
         "izo_ref/solvers/serial/lagrangian.py",
@@ -32,6 +20,7 @@ SOLVERS = [
         "Satisfied constraints pull, as eq. 9 of the page reads if its slack is left out.",
         ("tests/solvers/test_lagrangian.py",),
         ELSEWHERE,
+        flag="multipliers-not-clamped",
     ),
     Fault(
         "multipliers-in-scaled-variables",
@@ -40,6 +29,7 @@ SOLVERS = [
         "        answers.multipliers,\n",
         "Multipliers are returned in scaled variables.",
         ("tests/solvers/test_solve.py::test_one_impact_has_a_closed_form",),
+        flag="mass-weighting",
     ),
     Fault(
         "line-search-accepts-an-increase",
@@ -50,6 +40,7 @@ SOLVERS = [
         ("tests/solvers/test_line_search.py",),
         ELSEWHERE,
         240.0,
+        flag="armijo",
     ),
     Fault(
         "unsynchronised-sum-on-a-vertex",
@@ -59,32 +50,7 @@ SOLVERS = [
         "Only the last impact that pushes a vertex counts, as in a race without atomics.",
         ("tests/solvers/test_lagrangian.py",),
         ELSEWHERE,
-    ),
-    Fault(
-        "status-in-a-shared-place",
-        "izo_ref/detection/cpu/contacts.py",
-        "            at = starts[k] + count\n",
-        "            at = starts[k // 2 * 2] + count\n",
-        "Two chunks write their results to the same place, so the later thread wins.",
-        (
-            "tests/detection/test_detector.py",
-            "tests/detection/test_find.py",
-            "tests/detection/test_trees.py",
-        ),
-        ELSEWHERE,
-    ),
-    Fault(
-        "each-thread-sorts-its-part",
-        "izo_ref/zones/selection.py",
-        '        np.argsort(impacts.toi, kind="stable"),\n',
-        "        np.concatenate(\n            [\n"
-        '                part[np.argsort(impacts.toi[part], kind="stable")]\n'
-        "                for part in np.array_split(\n"
-        "                    np.arange(len(impacts.toi)),\n"
-        '                    __import__("numba").get_num_threads(),\n'
-        "                )\n            ]\n        ),\n",
-        "Each thread sorts its part of the impacts, and nothing merges the parts.",
-        (THREADS,),
+        flag="lost-sum",
     ),
     Fault(
         "rows-never-dropped",
@@ -94,6 +60,8 @@ SOLVERS = [
         "            step = step if full == np.inf else full\n",
         "Constraints whose multiplier becomes negative stay in the active set.",
         (CERTIFIED,),
+        flag="rows-redundant",
+        not_by_vectors=FALLBACK,
     ),
     Fault(
         "factor-not-updated-on-drop",
@@ -102,6 +70,8 @@ SOLVERS = [
         "            factor[k, i + 1] = c * b + s * a\n",
         "The Cholesky factor is wrong after a constraint left the active set.",
         (CERTIFIED, SOLVE),
+        flag="linear-algebra",
+        not_by_vectors=FALLBACK,
     ),
     Fault(
         "guess-with-negative-multipliers",
@@ -110,6 +80,8 @@ SOLVERS = [
         "            if r[k] <= -1e30 and (worst < 0 or r[k] < r[worst]):\n",
         "The active set starts with constraints that pull.",
         ("tests/solvers/test_block_pivot.py",),
+        flag="multipliers-not-clamped",
+        not_by_vectors=FALLBACK,
     ),
     Fault(
         "block-pivot-believes-itself",
@@ -118,6 +90,7 @@ SOLVERS = [
         "    return SOLVED, factorizations\n",
         "Block pivoting does not check whether nearly dependent constraints hold.",
         ("tests/solvers/test_block_pivot.py",),
+        flag="rows-opposed",
     ),
     Fault(
         "gram-of-coefficients-only",
@@ -126,6 +99,7 @@ SOLVERS = [
         "                gram[i, j] += own * coefficients[j, entry & 3]\n",
         "The Gram matrix ignores the angle between normals.",
         ("tests/solvers/test_block_pivot.py", CERTIFIED),
+        flag="rows-opposed",
     ),
     Fault(
         "last-pivots-not-updated",
@@ -134,6 +108,7 @@ SOLVERS = [
         "    for k in range(begin, end - 1):\n        above = a[k]\n",
         "One of the last pivots, which are fewer than four, does not reach the rows below.",
         ("tests/solvers/test_dense.py",),
+        flag="linear-algebra",
     ),
     Fault(
         "tiles-forget-their-last-row",
@@ -142,6 +117,8 @@ SOLVERS = [
         "        for r in range(min(rows, 3)):\n            for q in range(4):\n",
         "In large fronts, the last of four rows gets the factors of the rows before it.",
         ("tests/solvers/test_dense.py",),
+        flag="linear-algebra",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "solve-forgets-a-child",
@@ -150,6 +127,8 @@ SOLVERS = [
         "        for e in range(fronts.child_starts[s] + 1, fronts.child_starts[s + 1]):\n",
         "A solve ignores what the first child of a front left over.",
         ("tests/solvers/test_sparse.py",),
+        flag="linear-algebra",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "degrees-of-neighbours-only",
@@ -158,6 +137,8 @@ SOLVERS = [
         "        besides += 0\n",
         "The elimination order ignores the neighbours through elements, so the factors fill up.",
         ("tests/solvers/test_minimum_degree.py",),
+        flag="linear-algebra",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "row-products-of-the-first-vertex",
@@ -166,6 +147,8 @@ SOLVERS = [
         "                products[where[j]] = coefficients",
         "Only the last of the vertices that two constraints share counts.",
         ("tests/solvers/test_gram.py",),
+        flag="linear-algebra",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "fronts-forget-what-is-below",
@@ -174,6 +157,8 @@ SOLVERS = [
         "    for c in range(fronts.child_starts[s + 1] - 1, fronts.child_starts[s], -1):\n",
         "The first child of a front is not added to it.",
         ("tests/solvers/test_sparse.py",),
+        flag="linear-algebra",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "sweeps-without-bound",
@@ -182,6 +167,8 @@ SOLVERS = [
         "            step = missing / diagonal[j]\n",
         "Multipliers become negative, so constraints pull.",
         ("tests/solvers/test_sweeps.py",),
+        flag="multipliers-not-clamped",
+        not_by_vectors=FALLBACK,
     ),
     Fault(
         "interior-point-stops-early",
@@ -190,6 +177,8 @@ SOLVERS = [
         "        if error < 1e6 or iteration > best[3] + 5:\n",
         "The interior point stops far from the tolerance and claims success.",
         (CERTIFIED,),
+        flag="early-stop",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "interior-point-always-feasible",
@@ -200,6 +189,7 @@ SOLVERS = [
         "            return z * scale, multipliers * scale, iteration, True\n",
         "A zone that no point satisfies counts as solved.",
         ("tests/solvers/test_solve.py::test_an_infeasible_zone_is_reported_infeasible",),
+        flag="infeasible",
     ),
     Fault(
         "deep-zones-aim-at-the-thickness",
@@ -208,6 +198,8 @@ SOLVERS = [
         "        beyond = 0.0\n",
         "A zone whose rounding exceeds the tolerance counts as unsolved.",
         ("tests/solvers/test_large_zone.py",),
+        flag="absolute-tolerance",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "pivoting-forgets-rho",
@@ -217,6 +209,8 @@ SOLVERS = [
         "The term that makes redundant constraints solvable stays in the answer, which then never "
         "converges.",
         ("tests/solvers/test_pivoting.py",),
+        flag="rows-redundant",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "pivoting-keeps-what-pulls",
@@ -225,6 +219,8 @@ SOLVERS = [
         "        wrong = ~active & (products - RHO * v < s - slop)\n",
         "Constraints that were active in the last solution stay active, even if they pull.",
         ("tests/solvers/test_pivoting.py",),
+        flag="multipliers-not-clamped",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "pivoting-forgets-outside",
@@ -234,6 +230,8 @@ SOLVERS = [
         "Constraints that were inactive in the last solution are not checked, so it never ends or "
         "is wrong.",
         ("tests/solvers/test_pivoting.py",),
+        flag="early-stop",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "pivoting-waits-for-digits",
@@ -242,6 +240,8 @@ SOLVERS = [
         "        if off < TOLERATED_SLOP:\n",
         "A solved zone is given up, because rounding prevents two more digits.",
         ("tests/solvers/test_pivoting.py",),
+        flag="early-stop",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "pivoting-joins-at-pinned-vertices",
@@ -250,6 +250,8 @@ SOLVERS = [
         "",
         "All constraints at pinned vertices are neighbours.",
         ("tests/solvers/test_pivoting.py",),
+        flag="zone-pinned",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "restriction-keeps-old-places",
@@ -258,39 +260,8 @@ SOLVERS = [
         "    return own_left + place - own\n",
         "Rows of a front that come behind a row that is left out are taken for the next one.",
         ("tests/solvers/test_sparse.py",),
-    ),
-    Fault(
-        "unchanged-zones-go-on",
-        "izo_ref/loop/cpu_step.py",
-        "        own = zones.impacts[changed.repeat(sizes)]\n",
-        "        own = zones.impacts\n",
-        "A zone that is solved again without a change starts elsewhere and gets other last bits.",
-        ("tests/loop/test_plan.py::test_unchanged_large_zones_end_with_the_same_bits",),
-    ),
-    Fault(
-        "gap-with-signed-slack",
-        "izo_ref/zones/serial/residuals.py",
-        "        products += clamped * abs(slack)\n",
-        "        products += clamped * slack\n",
-        "In the duality gap, the violation of one constraint cancels the terms of others.",
-        (RESIDUALS,),
-    ),
-    Fault(
-        "violation-of-pushing-rows-only",
-        "izo_ref/zones/serial/residuals.py",
-        "        violation = max(violation, -slack)\n",
-        "        violation = max(violation, -slack * (clamped > 0.0))\n",
-        "Constraints without a multiplier may be violated by any amount.",
-        (RESIDUALS,),
-    ),
-    Fault(
-        "violation-in-metres",
-        "izo_ref/zones/serial/residuals.py",
-        "    residuals_out[1] = violation / thickness\n",
-        "    residuals_out[1] = violation\n",
-        "The violation is compared in metres instead of in thicknesses.",
-        (RESIDUALS,),
-        CPU_SIMULATOR,
+        flag="linear-algebra",
+        not_by_vectors=LARGE,
     ),
     Fault(
         "absolute-solver-tolerance",
@@ -300,53 +271,7 @@ SOLVERS = [
         "The interior point accepts an error of 1e-6, whatever the unit is.",
         ("tests/solvers/test_solve.py::test_scaled_units_give_the_scaled_solution",),
         CPU_SIMULATOR,
-    ),
-    Fault(
-        "negative-multipliers-unseen",
-        "izo_ref/zones/serial/residuals.py",
-        "        negative = max(negative, -multipliers[j])\n",
-        "        negative = max(negative, -clamped)\n",
-        "The residuals look for negative multipliers after clamping them.",
-        (RESIDUALS,),
-    ),
-    Fault(
-        "objective-of-half",
-        "izo_ref/zones/objective.py",
-        "    value = squares / mass if mass > 0.0 else 0.0\n",
-        "    value = 0.5 * squares / mass if mass > 0.0 else 0.0\n",
-        "The objective is wrong by a factor of two.",
-        ("tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face",),
-    ),
-    Fault(
-        "objective-not-over-masses",
-        "izo_ref/zones/objective.py",
-        "    value = squares / mass if mass > 0.0 else 0.0\n",
-        "    value = squares / max(len(scene.masses), 1)\n",
-        "The objective is divided by the number of vertices instead of their mass.",
-        ("tests/zones/test_objective.py",),
-    ),
-    Fault(
-        "bound-without-across",
-        "izo_ref/zones/distance.py",
-        "    return _rounded_up(norm(across) + 2.0 * beyond + along)\n",
-        "    return _rounded_up(2.0 * beyond + along)\n",
-        "The bound on the distance leaves out the part across the active constraints.",
-        ("tests/zones/test_distance.py",),
-    ),
-    Fault(
-        "bound-believes-moved-obstacles",
-        "izo_ref/zones/distance.py",
-        "    if displacements[np.isinf(problem.masses)].any() or ",
-        "    if ",
-        "The bound on the distance accepts pinned vertices where the result put them.",
-        ("tests/zones/test_distance.py",),
-    ),
-    Fault(
-        "bound-without-rounding",
-        "izo_ref/zones/scaled_zone.py",
-        "        error += 10 * U * terms + (1.0 + 1e-9) * sums * first + 2 * U * np.abs(total)\n",
-        "        error += 0.0 * (terms + sums * first)\n",
-        "The bound on the distance leaves out the rounding of slacks.",
-        ("tests/zones/test_distance.py",),
+        flag="absolute-tolerance",
+        not_by_vectors=LARGE,
     ),
 ]

@@ -1,6 +1,13 @@
 """Faults of starts that touch or cross, of what is left out, and of what is said about it."""
 
-from validation.mutants.fault import Fault
+from validation.mutants.fault import (
+    LEFT_OUT,
+    ONE_STEP,
+    REPORTED,
+    ROUNDING,
+    TOUCHES,
+    Fault,
+)
 
 SIDES = "tests/detection/test_sides.py"
 EXACT = "tests/base/test_exact_path.py"
@@ -15,6 +22,8 @@ STARTS = [
         "                told += unit_vector(normal)\n",
         "A pair that touches may be pushed to the wrong side.",
         (SIDES,),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "side-by-one-star",
@@ -23,6 +32,8 @@ STARTS = [
         "            if min(signs, default=0) >= 0:\n",
         "The faces around the second side do not matter for the side that the mesh tells.",
         (SIDES,),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "nothing-in-one-plane-is-told",
@@ -31,6 +42,8 @@ STARTS = [
         "            normals = []\n",
         "Parts that touch in one plane, side by side, are left out.",
         (SIDES,),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "touching-counts-as-crossing",
@@ -39,6 +52,8 @@ STARTS = [
         "    through = np.ones(len(touching), bool)\n",
         "Wherever an edge touches a face, their five pairs are left out.",
         (SIDES,),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "edges-go-through-after-the-start",
@@ -47,6 +62,8 @@ STARTS = [
         "",
         "A vertex that touches a face may leave it on the wrong side.",
         (SIDES, TOUCHING),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "sides-stay-in-touch",
@@ -55,6 +72,8 @@ STARTS = [
         "        if False:\n",
         "A pair that stays in touch counts as apart until something changes.",
         (EXACT,),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "apart-by-three-coefficients-of-four",
@@ -63,6 +82,8 @@ STARTS = [
         "    return min(c1, c2) > error or max(c1, c2) < -error\n",
         "A pair that lifts off and comes back counts as apart.",
         (EXCLUDED,),
+        flag="touching-start",
+        not_by_vectors=TOUCHES,
     ),
     Fault(
         "left-out-but-called-free",
@@ -71,6 +92,8 @@ STARTS = [
         "    elif certificate.excluded is not None and not converged:\n",
         "A step of which pairs were left out is called FREE.",
         (EXCLUDED,),
+        flag="excluded-pairs",
+        not_by_vectors=LEFT_OUT,
     ),
     Fault(
         "prescribed-pairs-are-not-named",
@@ -79,6 +102,8 @@ STARTS = [
         "",
         "Pairs that meet between pinned points are left out, and nobody learns of it.",
         (EXCLUDED,),
+        flag="excluded-pairs",
+        not_by_vectors=LEFT_OUT,
     ),
     Fault(
         "crossing-at-the-end-is-apart",
@@ -87,6 +112,8 @@ STARTS = [
         "",
         "Excluded pairs that cross at the end count as apart there.",
         (EXCLUDED,),
+        flag="excluded-pairs",
+        not_by_vectors=LEFT_OUT,
     ),
     Fault(
         "ratchet-lets-in",
@@ -95,6 +122,8 @@ STARTS = [
         "            kept[:] = True\n",
         "With `ratchet`, pairs that were apart may be left out later.",
         (EXCLUDED,),
+        flag="excluded-pairs",
+        not_by_vectors=ONE_STEP,
     ),
     Fault(
         "meeting-pairs-in-any-order",
@@ -103,6 +132,8 @@ STARTS = [
         "    in_time = met\n",
         "The list of a certificate does not begin with the pair that ends the free path.",
         (EXCLUDED, "tests/certificate/test_certify.py"),
+        flag="certificate",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "blocked-zone-blocks-all",
@@ -111,6 +142,8 @@ STARTS = [
         "        step.positions = step.longest[0]\n",
         "If one zone is blocked, no other one is resolved.",
         (EXCLUDED,),
+        flag="fail-safe",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "doubts-are-impacts",
@@ -119,6 +152,8 @@ STARTS = [
         "            pass\n",
         "A pair that starts nearer than rounding can tell is an impact, whatever it does.",
         ("tests/loop/test_proposal.py",),
+        flag="starts-in-contact",
+        not_by_vectors=ROUNDING,
     ),
     Fault(
         "doubtful-normals",
@@ -127,6 +162,8 @@ STARTS = [
         "            toi[i] = time\n",
         "The normal of a pair that starts nearer than rounding can tell is noise.",
         ("tests/loop/test_proposal.py",),
+        flag="normal-sign",
+        not_by_vectors=ROUNDING,
     ),
     Fault(
         "satisfied-impacts-enter-again",
@@ -135,6 +172,8 @@ STARTS = [
         "    return True\n",
         "Impacts that are satisfied keep others out of the zones, until no iteration is left.",
         (EXCLUDED,),
+        flag="cap-100",
+        not_by_vectors=ROUNDING,
     ),
     Fault(
         "prescribed-pairs-come-back",
@@ -143,5 +182,7 @@ STARTS = [
         "                scene._keep_excluded(self.excluded)\n",
         "Pairs that went through each other between pinned points are protected where they cross.",
         (EXCLUDED,),
+        flag="excluded-pairs",
+        not_by_vectors=ONE_STEP,
     ),
 ]

@@ -1,6 +1,10 @@
 """Faults of welding: which vertices are one vertex, and what becomes of their copies."""
 
-from validation.mutants.fault import Fault
+from validation.mutants.fault import (
+    ON_GPU,
+    WELDED,
+    Fault,
+)
 
 FOUND = "tests/detection/test_weld.py"
 SEAMS = "tests/loop/test_weld.py"
@@ -15,6 +19,8 @@ WELD = [
         "    return vertices, edges, faces\n",
         "Copies of vertices are in the trees, so they touch the faces at their places.",
         (SEAMS,),
+        flag="weld",
+        not_by_vectors=WELDED,
     ),
     Fault(
         "copies-in-trees-of-a-gpu",
@@ -24,6 +30,8 @@ WELD = [
         "On a GPU, copies of vertices are in the trees.",
         ("tests/cuda/test_simulator.py",),
         limit_s=1200.0,
+        flag="weld",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "mass-of-the-lowest-copy",
@@ -32,6 +40,8 @@ WELD = [
         "        sums: Masses = np.where(copies == np.arange(len(copies)), masses, 0.0)\n",
         "A welded vertex has the mass of its lowest copy alone.",
         (SEAMS,),
+        flag="weld",
+        not_by_vectors=WELDED,
     ),
     Fault(
         "copies-stay-where-they-are",
@@ -41,6 +51,8 @@ WELD = [
         "positions, scene.positions_t1)\n",
         "Copies end at their proposed positions, wherever their vertex ends.",
         (SEAMS,),
+        flag="weld",
+        not_by_vectors=WELDED,
     ),
     Fault(
         "weld-by-the-start-alone",
@@ -49,6 +61,8 @@ WELD = [
         "    group = equal_rows(positions_t0)\n",
         "Vertices that start at one place are one vertex, although they end at different ones.",
         (FOUND, SEAMS),
+        flag="weld",
+        not_by_vectors=WELDED,
     ),
     Fault(
         "flat-face-dropped-with-its-edge",
@@ -57,6 +71,8 @@ WELD = [
         "    if alone.all():\n",
         "A face that welding turns into an edge of its own is dropped without a word.",
         (FLAT,),
+        flag="weld",
+        not_by_vectors=WELDED,
     ),
     Fault(
         "pinned-vertex-follows-the-lowest",
@@ -65,5 +81,7 @@ WELD = [
         "    leaders[copies[from_last]] = copies[from_last]\n",
         "A pinned vertex takes the path of a lower vertex that is not pinned.",
         (PINNED,),
+        flag="weld",
+        not_by_vectors=WELDED,
     ),
 ]

@@ -1,6 +1,12 @@
 """Faults of selection, zones, masses, pinned vertices and numbering."""
 
-from validation.mutants.fault import GPU_SIMULATOR, Fault
+from validation.mutants.fault import (
+    GPU_SIMULATOR,
+    NOT_ASKED,
+    ON_GPU,
+    REPORTED,
+    Fault,
+)
 
 ZONES = "tests/zones/test_grouping.py"
 SHEETS = "tests/loop/test_resolve.py::test_two_sheets_end_free"
@@ -16,6 +22,8 @@ ZONE = [
         "            if True:\n                components_out[j] = ",
         "On a GPU, an impact belongs to the zone of a pinned vertex.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "device-solves-new-zones-only",
@@ -24,6 +32,8 @@ ZONE = [
         "        changed_out[zone] = impacts[impact_offsets[zone]] >= first_new\n",
         "On a GPU, only zones that consist of new impacts are solved.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "device-keeps-scaled-multipliers",
@@ -32,6 +42,8 @@ ZONE = [
         "        multipliers_out[impacts[i]] = scaled[i]\n",
         "A GPU returns the multipliers of constraints scaled to unit length.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "device-objective-without-masses",
@@ -40,6 +52,8 @@ ZONE = [
         "        terms_out[i] = total if masses[i] > 0.0 else 0.0\n",
         "The objective that the loop uses on a GPU is not weighted by the masses.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "device-says-all-is-solved",
@@ -48,6 +62,8 @@ ZONE = [
         "        kernels.negate_flags[len(zones)](full(len(zones), True, np.bool_), left)\n",
         "Zones that a GPU did not solve are not left to the CPU.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "pinned-vertices-are-taken-once-on-the-device",
@@ -56,6 +72,8 @@ ZONE = [
         "UNDECIDED and seen[nodes[j, k]]:",
         "On a GPU, an impact waits for another impact at the same pinned vertex.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "one-own-vertex-is-enough-on-the-device",
@@ -64,6 +82,8 @@ ZONE = [
         "if n_own > 0:",
         "On a GPU, impacts that are selected together share a vertex.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "zones-merged-in-one-pass",
@@ -73,6 +93,7 @@ ZONE = [
         "Zones are merged in one pass, so a chain of impacts falls apart.",
         (ZONES,),
         GPU_SIMULATOR,
+        flag="zone-transitive",
     ),
     Fault(
         "a-hundred-zones",
@@ -82,6 +103,7 @@ ZONE = [
         "There is room for a hundred zones, and the others are dropped.",
         (ZONES,),
         GPU_SIMULATOR,
+        flag="zone-capacity",
     ),
     Fault(
         "pinned-vertices-join-zones",
@@ -90,6 +112,7 @@ ZONE = [
         "            if vertex >= 0:\n",
         "Impacts that share only a pinned vertex become one zone.",
         (ZONES,),
+        flag="zone-pinned",
     ),
     Fault(
         "pinned-mask-of-other-vertices",
@@ -99,6 +122,7 @@ ZONE = [
         "The mask of pinned vertices is read with indices of the zone.",
         (ZONES,),
         GPU_SIMULATOR,
+        flag="pinned-motion",
     ),
     Fault(
         "pinned-mask-not-renumbered",
@@ -109,6 +133,7 @@ ZONE = [
         "cloth.",
         (SHEETS, RENUMBERED),
         GPU_SIMULATOR,
+        flag="pinned-motion",
     ),
     Fault(
         "inverse-masses-for-masses",
@@ -117,6 +142,7 @@ ZONE = [
         "        np.where(np.isinf(system.masses), 0.0, np.sqrt(system.masses)),\n",
         "Constraints are scaled with masses instead of inverse masses.",
         ("tests/solvers/test_solve.py::test_one_impact_has_a_closed_form",),
+        flag="mass-weighting",
     ),
     Fault(
         "masses-ignored",
@@ -125,6 +151,7 @@ ZONE = [
         "        np.where(scene.pinned[vertices], np.inf, 1.0),\n",
         "Every unpinned vertex has mass 1.",
         ("tests/loop/test_resolve.py::test_vertices_share_the_correction_by_inverse_mass",),
+        flag="mass-weighting",
     ),
     Fault(
         "thickness-ignored",
@@ -133,6 +160,7 @@ ZONE = [
         "    return -gap / length, length, False\n",
         "Zones are solved for a gap of zero.",
         (BY_HAND,),
+        flag="constraint-sign",
     ),
     Fault(
         "proposal-by-displacement",
@@ -145,6 +173,7 @@ ZONE = [
         (
             "tests/loop/test_resolve.py::test_without_impacts_the_proposed_positions_come_back_bit_for_bit",
         ),
+        flag="pinned-motion",
     ),
     Fault(
         "renumbered-the-wrong-way",
@@ -153,6 +182,7 @@ ZONE = [
         "    positions[:] = loop.step.positions[order]\n",
         "Positions are put back with the inverse of the numbering.",
         (BY_HAND, RENUMBERED),
+        flag="renumbering",
     ),
     Fault(
         "corners-back-without-weights",
@@ -161,6 +191,8 @@ ZONE = [
         "                _swap(j, k, m, nodes_out, weights_out.copy())\n",
         "Corners are put back into the caller's order, but their weights are not.",
         (CALLERS, SHEETS),
+        flag="renumbering",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "sides-swapped-without-sign",
@@ -169,6 +201,8 @@ ZONE = [
         "            weights_out[j, k] = weights_out[j, k]\n",
         "The two edges of a pair swap sides, but the signs of their weights do not.",
         (CALLERS, SHEETS),
+        flag="renumbering",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "ties-decided-by-index",
@@ -179,6 +213,8 @@ ZONE = [
         (
             "tests/loop/test_numbering.py::test_impacts_at_equal_times_are_resolved_alike_in_any_numbering",
         ),
+        flag="renumbering",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "tight-only-with-slack",
@@ -189,6 +225,8 @@ ZONE = [
         (
             "tests/detection/test_frame.py::test_tight_impacts_alone_get_the_frame_at_their_closest_points",
         ),
+        flag="relinearize",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "selection-by-one-new-vertex",
@@ -197,6 +235,7 @@ ZONE = [
         "            selected_out[j] = n_new >= n_unpinned - 1\n",
         "`independent` selects impacts that share a vertex with one that was selected before.",
         ("tests/zones/test_selection.py",),
+        flag="selection-order",
     ),
     Fault(
         "selection-forgets-first-side",
@@ -205,6 +244,7 @@ ZONE = [
         "                seen[nodes[j, k]] = k > 0 or seen[nodes[j, k]]\n",
         "The first vertex of a selected impact is not marked as seen.",
         ("tests/zones/test_selection.py",),
+        flag="selection-order",
     ),
     Fault(
         "no-step-is-deep",
@@ -213,6 +253,8 @@ ZONE = [
         "    return mean_relative_depth(positions_t0, positions, *own) > 1e9 * DEEP\n",
         "A sheet that falls far through others is torn apart, and meets them with any normals.",
         ("tests/loop/test_resolve.py", "tests/zones/test_selection.py"),
+        flag="selection-deep",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "no-impact-waits-in-a-deep-step",
@@ -221,6 +263,7 @@ ZONE = [
         "    return toi[j] <= SOON * max(first_times[mains[j, 0]], first_times[mains[j, 2]])\n",
         "An impact enters the zones although one of its vertices is deflected long before.",
         ("tests/zones/test_selection.py",),
+        flag="selection-deep",
     ),
     Fault(
         "last-vertex-is-the-main-one",
@@ -229,6 +272,7 @@ ZONE = [
         "        elif weights[j, k] < 0.0:\n",
         "An impact counts for the last vertex of its second side, whatever its weight is.",
         ("tests/zones/test_selection.py",),
+        flag="selection-deep",
     ),
     Fault(
         "no-impact-waits-on-the-device",
@@ -237,5 +281,7 @@ ZONE = [
         "        states_out[j] = UNDECIDED\n",
         "On a GPU, impacts of a deep step enter the zones that wait on the CPU.",
         ("tests/cuda/test_simulator.py",),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
 ]

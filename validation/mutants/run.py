@@ -59,13 +59,10 @@ def run_mutants(
         ValueError: A name is unknown.
         RuntimeError: Tests fail without any fault, or pytest cannot run.
     """
-    unknown = set(names or ()) - {fault.name for fault in faults}
-    if unknown:
-        raise ValueError(f"mutants: no faults named {sorted(unknown)}")
-    chosen = [fault for fault in faults if names is None or fault.name in names]
+    chosen = choose(names, faults)
     rows: list[dict[str, Any]] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as folder:
-        bench = _Bench(Path(folder), root)
+        bench = Bench(Path(folder), root)
         bench.check_without_fault(sorted({test for fault in chosen for test in fault.tests}))
         for fault in chosen:
             rows.append(_row(bench, fault, whole))
@@ -75,7 +72,20 @@ def run_mutants(
     return rows
 
 
-class _Bench:
+def choose(names: Iterable[str] | None, faults: Sequence[Fault]) -> list[Fault]:
+    """Return the faults with some names; all if None.
+
+    Raises:
+        ValueError: A name is unknown.
+    """
+    wanted = None if names is None else set(names)
+    unknown = (wanted or set()) - {fault.name for fault in faults}
+    if unknown:
+        raise ValueError(f"mutants: no faults named {sorted(unknown)}")
+    return [fault for fault in faults if wanted is None or fault.name in wanted]
+
+
+class Bench:
     """Makes copies of the repository and runs tests in them.
 
     Args:
@@ -84,14 +94,15 @@ class _Bench:
 
     Attributes:
         tree: The copy under test; it is always at the same place, on which numba's cache depends.
+        snapshot: The repository as it was, without any fault.
     """
 
     def __init__(self, folder: Path, root: Path) -> None:
         """Take a snapshot of the repository."""
-        self.tree, self._snapshot = folder / "tree", folder / "snapshot"
+        self.tree, self.snapshot = folder / "tree", folder / "snapshot"
         self._cache, self._warm = folder / "cache", folder / "warm"
         self._data = os.environ.get("IZO_DATA", root.parent / "shared" / "data")
-        shutil.copytree(root, self._snapshot, ignore=LEFT_OUT)
+        shutil.copytree(root, self.snapshot, ignore=LEFT_OUT)
 
     def check_without_fault(self, tests: Sequence[str]) -> None:
         """Run tests on the snapshot, and keep the compiled code for faults outside that code.
@@ -102,7 +113,7 @@ class _Bench:
         Raises:
             RuntimeError: A test fails.
         """
-        self._fresh()
+        self.restore()
         begin = time.perf_counter()
         code, by, output = self.test(tests, WHOLE_SUITE_LIMIT_S)
         if code != PASSED:
@@ -118,7 +129,7 @@ class _Bench:
         Raises:
             RuntimeError: The text of the fault does not occur exactly once in its file.
         """
-        self._fresh()
+        self.restore()
         path = self.tree / fault.file
         text = path.read_text()
         if text.count(fault.old) != 1:
@@ -163,11 +174,11 @@ class _Bench:
         lines = log.read_text(errors="replace").splitlines()
         return code, _first_failure(code, lines), "\n".join(lines[-40:])
 
-    def _fresh(self) -> None:
-        """Copy the snapshot, and start with an empty cache."""
+    def restore(self) -> None:
+        """Make a fresh copy without any fault, and start with an empty cache."""
         for folder in (self.tree, self._cache):
             shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(self._snapshot, self.tree)
+        shutil.copytree(self.snapshot, self.tree)
 
     def _environment(self) -> dict[str, str]:
         """Return the environment of the processes that run in the copy."""
@@ -193,7 +204,7 @@ class _Bench:
         return Path(done.stdout.strip())
 
 
-def _row(bench: _Bench, fault: Fault, whole: bool) -> dict[str, Any]:
+def _row(bench: Bench, fault: Fault, whole: bool) -> dict[str, Any]:
     """Run the tests with one fault and return its row."""
     begin = time.perf_counter()
     bench.apply(fault)

@@ -1,17 +1,17 @@
-"""Faults of the detection: boxes, candidates, proofs, frames of impacts."""
+"""Faults of boxes, trees and candidates, and of what a detector keeps."""
 
-from validation.mutants.fault import CPU_SIMULATOR, ELSEWHERE, GPU_SIMULATOR, Fault
+from validation.mutants.fault import (
+    ANEW,
+    ELSEWHERE,
+    GPU_SIMULATOR,
+    LEFT_OUT,
+    NOT_ASKED,
+    ON_GPU,
+    Fault,
+)
 
-ADVANCE = "tests/detection/test_advance.py"
-CASES = f"{ADVANCE}::test_degenerate_cases_meet_at_the_known_times"
-CONSTRUCTED = f"{ADVANCE}::test_no_exact_meeting_is_missed_and_no_time_comes_late"
-INTEGERS = f"{ADVANCE}::test_small_integer_pairs_are_decided_as_in_exact_arithmetic"
-RANDOM = f"{ADVANCE}::test_random_pairs_are_decided_as_in_exact_arithmetic"
-QUERIES = f"{ADVANCE}::test_no_published_query_is_missed_and_every_false_alarm_touches"
-MARGIN = f"{ADVANCE}::test_a_proof_holds_for_every_end_within_its_margin"
 FRAME = "tests/detection/test_frame.py"
 BY_HAND = f"{FRAME}::test_a_frame_is_the_one_worked_out_by_hand"
-SIGNS = f"{FRAME}::test_every_frame_has_a_unit_normal_and_a_gap_that_changes_sign"
 DETECTOR = "tests/detection/test_detector.py"
 FOLLOWS = f"{DETECTOR}::test_a_detector_that_follows_a_path_finds_what_a_new_one_finds"
 WITHIN_REACH = f"{DETECTOR}::test_impacts_within_the_reach_are_found"
@@ -25,184 +25,7 @@ SCENES = "tests/data/test_scenes.py::test_detection_finds_the_true_pairs_and_no_
 SCENE = "tests/test_scene.py"
 SIMULATOR = "tests/cuda/test_simulator.py"
 
-DETECTION = [
-    Fault(
-        "degenerate-cubic-without-root",
-        "izo_ref/detection/formulas/coplanar.py",
-        "    low = t\n    _, rest = split(c, low)\n",
-        "    if c[3] - 3.0 * c[2] + 3.0 * c[1] - c[0] == 0.0:\n        return 2.0\n"
-        "    low = t\n    _, rest = split(c, low)\n",
-        "A coplanarity cubic whose leading coefficient is zero counts as a cubic without a root.",
-        (CASES,),
-        ELSEWHERE,
-    ),
-    Fault(
-        "linear-cubic-with-wrong-root",
-        "izo_ref/detection/formulas/coplanar.py",
-        "        return x0 + (x1 - x0) * (y0 / (y0 - y1))\n",
-        "        return x0 + (x1 - x0) * (y0 / (y0 + y1))\n",
-        "Where the cubic is nearly straight, its root is computed with a wrong sign.",
-        (CASES, RANDOM),
-        ELSEWHERE,
-    ),
-    Fault(
-        "absolute-gap-tolerance",
-        "izo_ref/detection/formulas/advance.py",
-        "    gap_error = GAP_ERROR * max(m1, max(m2, m3))\n",
-        "    gap_error = 1e-6\n",
-        "Pairs that come closer than 1e-6 m meet, whatever their size is.",
-        (CASES,),
-        CPU_SIMULATOR,
-    ),
-    Fault(
-        "coplanar-at-the-start-skipped",
-        "izo_ref/detection/formulas/advance.py",
-        "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n",
-        "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n"
-        "    if cubic[0] == 0.0:\n        return APART, 1.0, (0.0, 0.0, 0.0), 1, 0.0\n",
-        "Pairs that are coplanar at t = 0 are not examined.",
-        (CASES,),
-        CPU_SIMULATOR,
-    ),
-    Fault(
-        "half-open-step",
-        "izo_ref/detection/formulas/advance.py",
-        "        until -= MIN_STEP\n",
-        "        until -= MIN_STEP\n        if until > 1.0 - 1e-9:\n"
-        "            return APART, 1.0, direction, step, 0.0\n",
-        "The step is [0, 1) instead of [0, 1], so pairs that meet at its end are dropped.",
-        (CASES,),
-    ),
-    Fault(
-        "no-gap-error",
-        "izo_ref/detection/formulas/advance.py",
-        "GAP_ERROR = 48.0 * 2.0**-53\n",
-        "GAP_ERROR = 0.0\n",
-        "The rounding of projections is not bounded.",
-        (CONSTRUCTED, CASES, QUERIES),
-    ),
-    Fault(
-        "no-coefficient-error",
-        "izo_ref/detection/formulas/coplanar.py",
-        "COEFFICIENT_ERROR = 192.0 * 2.0**-53\n",
-        "COEFFICIENT_ERROR = 0.0\n",
-        "The rounding of the cubic's coefficients is not bounded.",
-        (CONSTRUCTED, QUERIES),
-    ),
-    Fault(
-        "spent-depth-is-apart",
-        "izo_ref/detection/formulas/advance.py",
-        "    return UNDECIDED, t, direction, MAX_STEPS, 0.0\n",
-        "    return APART, 1.0, direction, MAX_STEPS, 0.0\n",
-        "A pair that is not decided within the largest number of steps counts as apart.",
-        (ARMADILLO, CONSTRUCTED, QUERIES),
-    ),
-    Fault(
-        "shallow-depth",
-        "izo_ref/detection/formulas/advance.py",
-        "MAX_STEPS = 400\n",
-        "MAX_STEPS = 8\n",
-        "After eight proofs a pair counts as an impact at the time that was reached.",
-        (RANDOM, QUERIES),
-    ),
-    Fault(
-        "parallel-edges-by-their-ends",
-        "izo_ref/detection/formulas/closest.py",
-        "    s = _clamp01((b * f - c * e) / (a * e - b * b))\n",
-        "    if a * e - b * b <= 1e-12 * a * e:\n        return (1.0, 0.0, -1.0, 0.0)\n"
-        "    s = _clamp01((b * f - c * e) / (a * e - b * b))\n",
-        "The closest points of parallel edges are taken at their first ends.",
-        (CASES, INTEGERS),
-    ),
-    Fault(
-        "axis-test-with-wrong-end",
-        "izo_ref/detection/formulas/margin.py",
-        "        low, low_t1 = min(s2, s3) - max(0.0, s1), min(r2, r3) - max(0.0, r1)\n",
-        "        low, low_t1 = min(s2, s3) - max(0.0, s1), min(r2, r3) - min(0.0, r1)\n",
-        "The first test of two edges along an axis takes the wrong end at t = 1.",
-        (CASES, INTEGERS),
-    ),
-    Fault(
-        "diagonal-of-one-end",
-        "izo_ref/detection/formulas/margin.py",
-        "                    b3[i] - b3[j],\n",
-        "                    a3[i] - a3[j],\n",
-        "The test along a diagonal takes the position of the last node at the start.",
-        (CASES, INTEGERS),
-    ),
-    Fault(
-        "sign-of-the-cubic-at-its-ends",
-        "izo_ref/detection/formulas/advance.py",
-        "        min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3])),\n",
-        "        min(cubic[0], cubic[3]),\n",
-        "A cubic that is positive at both ends counts as positive in between.",
-        (CASES, INTEGERS),
-    ),
-    Fault(
-        "wrong-sign-of-normal",
-        "izo_ref/detection/formulas/frame.py",
-        "    if gap_t0 < 0.0:\n",
-        "    if gap_t0 > 0.0:\n",
-        "Normals point to the side on which the pair must not be.",
-        (BY_HAND,),
-        ELSEWHERE,
-    ),
-    Fault(
-        "frame-at-the-end-of-the-step",
-        "izo_ref/detection/formulas/frame.py",
-        "    q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)\n",
-        "    q1, q2, q3 = lerp3(a1, b1, 1.0), lerp3(a2, b2, 1.0), lerp3(a3, b3, 1.0)\n",
-        "Weights and normals are those at t = 1 instead of those at the time of impact.",
-        (BY_HAND, SIGNS),
-    ),
-    Fault(
-        "margin-of-one-side",
-        "izo_ref/detection/formulas/margin.py",
-        "MARGIN_SHARE = 0.5 - 2.0**-12\n",
-        "MARGIN_SHARE = 1.0 - 2.0**-12\n",
-        "A margin allows for the move of one of the two nodes of a gap only.",
-        (MARGIN,),
-    ),
-    Fault(
-        "margin-along-one-axis",
-        "izo_ref/detection/formulas/margin.py",
-        "    size = sum_abs3(n)\n",
-        "    size = max(abs(n[0]), max(abs(n[1]), abs(n[2])))\n",
-        "The moves that a margin allows are taken along the largest axis only.",
-        (MARGIN,),
-    ),
-    Fault(
-        "margin-of-diagonals-as-of-axes",
-        "izo_ref/detection/formulas/margin.py",
-        "    return 0.5 * MARGIN_SHARE * slack\n",
-        "    return MARGIN_SHARE * slack\n",
-        "A diagonal gets the margin of an axis, though its sum of absolute values is 2.",
-        (MARGIN,),
-    ),
-    Fault(
-        "margin-of-one-column",
-        "izo_ref/detection/formulas/margin.py",
-        "    change = 2.0 * DETERMINANT_BOUND * (m2 * m3 + m1 * m3 + m1 * m2)\n",
-        "    change = 0.1 * DETERMINANT_BOUND * m2 * m3\n",
-        "The margin of a cubic is too large, because one column of the determinant is changed.",
-        (MARGIN,),
-    ),
-    Fault(
-        "second-direction-from-the-start",
-        "izo_ref/detection/formulas/margin.py",
-        "    return max(0.0, MARGIN_SHARE * min(slack_begin, slack_end) / size)\n",
-        "    return max(0.0, MARGIN_SHARE * (slack_begin if end < 1.0 else slack_end) / size)\n",
-        "Of two directions, the first one is not examined at the time at which it ends.",
-        (MARGIN,),
-    ),
-    Fault(
-        "contact-beside-the-face",
-        "izo_ref/detection/formulas/advance.py",
-        "        if step > 1 and _is_inside(is_edge_edge, weights) and ",
-        "        if step > 1 and ",
-        "Nodes that become coplanar count as a contact, also beside the face or the edges.",
-        (RANDOM, QUERIES),
-    ),
+TREE = [
     Fault(
         "margin-never-spent",
         "izo_ref/detection/serial/near.py",
@@ -210,6 +33,8 @@ DETECTION = [
         "        if largest > margins_out[i]:\n            margins_out[i] = -1.0\n",
         "A margin is compared with each move alone, and not with all moves since the last proof.",
         (WITHIN_REACH,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "reach-not-in-the-boxes",
@@ -218,6 +43,8 @@ DETECTION = [
         "        c = (centres[i, axis] - origin[axis]) * scale\n",
         "On one side, boxes hold where vertices are and not how far they may still move.",
         (WITHIN_REACH,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "reach-never-left",
@@ -226,6 +53,8 @@ DETECTION = [
         "        left_out[i] = moves[i] > reach_out[i]\n",
         "A vertex that creeps away in small steps is never searched for again.",
         (WITHIN_REACH,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "near-pairs-kept-for-ever",
@@ -234,6 +63,8 @@ DETECTION = [
         "        if a >= 0:\n",
         "The old near pairs of a vertex that moved on are kept beside its new ones.",
         (FOLLOWS,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "old-impacts-kept",
@@ -242,6 +73,8 @@ DETECTION = [
         "        still = ~(moves.take(self.impacts.nodes) > 0.0).all(axis=1)\n",
         "An impact is kept unchanged as long as one of its vertices did not move.",
         (FOLLOWS,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "part-at-rest-never-woken",
@@ -250,6 +83,8 @@ DETECTION = [
         "        return False\n",
         "A component at rest that was out of reach at first is left out for ever.",
         (AT_REST,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "parts-by-their-start",
@@ -258,6 +93,7 @@ DETECTION = [
         "            moving[own] |= a != b\n            b = a\n",
         "Whether a moving component reaches one at rest is decided by where it starts.",
         (COMPONENTS, FOLLOWS),
+        flag="still-nodes",
     ),
     Fault(
         "boxes-of-the-end-only",
@@ -266,6 +102,7 @@ DETECTION = [
         "            (box[9] < blocks[block, 6, k])\n",
         "Boxes count as apart if they are apart along the first axis at the end of the path only.",
         (TREES,),
+        flag="missed-pairs",
     ),
     Fault(
         "touching-boxes-apart",
@@ -274,6 +111,7 @@ DETECTION = [
         "(box[3] <= blocks[block, 0, k])",
         "Boxes that only touch along the first axis do not meet.",
         (TREES,),
+        flag="touching-boxes",
     ),
     Fault(
         "boxes-rounded-each-their-way",
@@ -283,6 +121,7 @@ DETECTION = [
         "Maxima are rounded down more than minima, so the order of coordinates is lost.",
         (TREES,),
         ELSEWHERE,
+        flag="touching-boxes",
     ),
     Fault(
         "levels-share-what-is-left",
@@ -291,6 +130,7 @@ DETECTION = [
         "        shift = 0 * (level - 1)  # levels",
         "The blocks of a tree level that are still to be entered are forgotten below that level.",
         (TREES,),
+        flag="missed-pairs",
     ),
     Fault(
         "sums-of-a-block-alone",
@@ -299,6 +139,8 @@ DETECTION = [
         "starts_out[i + 1] += 0 * before[i // TILE]",
         "On a GPU, each block of threads writes as if it were the first one.",
         (SIMULATOR,),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "parents-of-what-moved-alone",
@@ -307,6 +149,8 @@ DETECTION = [
         "parent_block(parent, first, end, False, tree.lanes, tree.blocks)",
         "On a GPU, elements at rest have no boxes above their own, so nothing meets them.",
         (SIMULATOR,),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "equal-keys-change-places",
@@ -315,6 +159,8 @@ DETECTION = [
         "if keys[middle] < key or (beside > run and keys[middle] == key):",
         "On a GPU, a sort is not stable.",
         (SIMULATOR,),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "excluded-pairs-kept-on-the-device",
@@ -323,6 +169,8 @@ DETECTION = [
         "kept_out[i] = moves",
         "A GPU finds the pairs that are to be left out.",
         (SIMULATOR,),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "no-room-after-the-first-batch",
@@ -331,6 +179,8 @@ DETECTION = [
         "batch = pairs[:BATCH]",
         "On a GPU, the first batch of pairs is examined again and again, and the others never.",
         (SIMULATOR,),
+        flag="gpu-only",
+        not_by_vectors=ON_GPU,
     ),
     Fault(
         "last-of-each-block-dropped",
@@ -340,6 +190,7 @@ DETECTION = [
         "Elements below the last lane of each full block of a tree are never candidates.",
         (TREES,),
         ELSEWHERE,
+        flag="missed-pairs",
     ),
     Fault(
         "own-block-skipped",
@@ -348,6 +199,7 @@ DETECTION = [
         "            mask &= ALL_LANES << ((above & 7) + 1)\n",
         "Edges that are neighbours in the tree are never compared with each other.",
         (TREES,),
+        flag="missed-pairs",
     ),
     Fault(
         "moved-leaves-of-still-queries",
@@ -356,6 +208,7 @@ DETECTION = [
         "        if not (query_lanes >> lane) & 1:\n            continue\n",
         "A query that did not move is not made, even where a leaf moved.",
         (TREES,),
+        flag="still-nodes",
     ),
     Fault(
         "contacts-beyond-capacity-dropped",
@@ -365,6 +218,7 @@ DETECTION = [
         "Contacts beyond the capacity of the output are dropped without a message.",
         (TREES,),
         GPU_SIMULATOR,
+        flag="queue-overflow",
     ),
     Fault(
         "one-impact-a-vertex",
@@ -374,6 +228,8 @@ DETECTION = [
         "Only the first of the impacts of one vertex or edge is kept.",
         (SCENES, ARMADILLO),
         ELSEWHERE,
+        flag="missed-pairs",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "order-as-found",
@@ -383,6 +239,8 @@ DETECTION = [
         "Impacts come in the order in which trees or threads found them.",
         (DETECTOR, FIND),
         ELSEWHERE,
+        flag="selection-ties",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "pairs-with-a-node-at-rest-skipped",
@@ -391,6 +249,7 @@ DETECTION = [
         "            contacts = contacts.take(moving.take(contacts.nodes).all(axis=1))\n",
         "Pairs with one node at rest are skipped, as if all their nodes were at rest.",
         (BY_HAND,),
+        flag="still-nodes",
     ),
     Fault(
         "excluded-pairs-not-excluded",
@@ -399,6 +258,8 @@ DETECTION = [
         "            kept = np.array([key is not None for key in named], bool)\n",
         "Pairs that intersect at the start are examined although they are to be left out.",
         (SCENE, EXCLUDED),
+        flag="excluded-pairs",
+        not_by_vectors=LEFT_OUT,
     ),
     Fault(
         "excluded-pairs-by-order-of-corners",
@@ -407,13 +268,7 @@ DETECTION = [
         "",
         "An excluded pair is recognised only if its corners come in the same order.",
         (EXCLUDED,),
-    ),
-    Fault(
-        "coplanar-edge-and-face-apart",
-        "izo_ref/detection/formulas/crossing.py",
-        "    if side_p * side_q > 0:\n",
-        "    if side_p * side_q >= 0:\n",
-        "At the start, an edge with an end in the plane of a face counts as apart from that face.",
-        (SCENE,),
+        flag="excluded-pairs",
+        not_by_vectors=LEFT_OUT,
     ),
 ]

@@ -1,0 +1,166 @@
+"""Faults of the certificate and of exact arithmetic."""
+
+from validation.mutants.fault import (
+    BY_FRACTIONS,
+    ROUNDING,
+    Fault,
+)
+
+CERTIFY = "tests/certificate/test_certify.py"
+MEETING = "tests/certificate/test_meeting.py"
+BY_HAND = "tests/base/test_exact_path.py::test_meeting_times_are_those_worked_out_by_hand"
+ROOTS = "tests/base/test_exact_path.py::test_roots_are_isolated_and_signs_there_are_exact"
+EXACT = "tests/base/test_exact_path.py"
+
+CERTIFICATES = [
+    Fault(
+        "certified-by-what-moved",
+        "izo_ref/certificate/certify.py",
+        "    found = detector.find(positions)\n",
+        "    found = detector.find(positions, (positions != scene.positions_t1).any(axis=1))\n",
+        "The certificate examines only vertices that the solver moved.",
+        (CERTIFY,),
+        flag="certificate",
+    ),
+    Fault(
+        "open-pairs-called-apart",
+        "izo_ref/certificate/certify.py",
+        "        meets[i] = time is not None\n",
+        "        meets[i] = False\n",
+        "Pairs that floats cannot decide are called apart without exact arithmetic.",
+        (CERTIFY, EXACT),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "open-pairs-called-meeting",
+        "izo_ref/certificate/certify.py",
+        "        meets[i] = time is not None\n",
+        "        meets[i] = True\n",
+        "Pairs that floats cannot decide are said to meet without exact arithmetic.",
+        (CERTIFY, EXACT),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "no-bound-of-areas",
+        "izo_ref/certificate/formulas/meeting.py",
+        "    bound12 = COEFFICIENT_ERROR * (m1 * m2) + TINY\n"
+        "    bound23 = COEFFICIENT_ERROR * (m2 * m3) + TINY\n"
+        "    bound31 = COEFFICIENT_ERROR * (m3 * m1) + TINY\n",
+        "    bound12 = bound23 = bound31 = 0.0\n",
+        "A contact is called certain although its side may come from rounding.",
+        (f"{MEETING}::test_pairs_that_barely_touch_or_miss_are_never_certain",),
+        flag="certificate",
+        not_by_vectors=ROUNDING,
+    ),
+    Fault(
+        "edges-cross-by-one-side",
+        "izo_ref/certificate/formulas/meeting.py",
+        "        return side_b * side_s == -1\n",
+        "        return side_b != 0\n",
+        "Two edges are said to cross if the ends of one lie on both sides of the other.",
+        (MEETING,),
+        flag="certificate",
+        not_by_vectors=ROUNDING,
+    ),
+    Fault(
+        "root-at-one-lost",
+        "izo_ref/base/algebraic.py",
+        "    parts = [(0, 1, 1)]\n",
+        "    parts = [(0, 2**60 - 1, 2**60)]\n",
+        "Exact arithmetic looks for roots in [0, 1), so pairs that meet at the end are lost.",
+        (BY_HAND,),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "always-coplanar-is-apart",
+        "izo_ref/base/exact_path.py",
+        "        times = [AlgebraicTime([], 0, 0, 1)]\n"
+        "        times += [time for p in deciding if p for time in roots_in_unit_interval(p)]\n",
+        "        times = [] if deciding else []\n",
+        "In exact arithmetic, pairs that are coplanar all the time never meet.",
+        (BY_HAND,),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "always-coplanar-without-differences",
+        "izo_ref/base/exact_path.py",
+        "for vector in (*turns, *nodes) for p in vector] + differences\n",
+        "for vector in (*turns, *nodes) for p in vector] + differences[:0]\n",
+        "For edges in one plane, the times at which ends of different edges are level are left "
+        "out.",
+        (BY_HAND, EXACT),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "common-roots-not-recognised",
+        "izo_ref/base/algebraic.py",
+        "            if len(common) > 1:\n",
+        "            if len(common) > 4:\n",
+        "A sign that is zero at an algebraic time is searched for by halving the interval.",
+        (ROOTS,),
+        limit_s=60.0,
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "nearly-zero-is-zero",
+        "izo_ref/base/algebraic.py",
+        "            common = common_divisor(time.polynomial, poly)\n",
+        "            return 0\n            common = common_divisor(time.polynomial, poly)\n",
+        "A sign that is not certain on a narrow interval counts as zero.",
+        (BY_HAND, EXACT),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "meeting-time-rounded-up",
+        "izo_ref/base/algebraic.py",
+        "    number = Fraction(time.low, time.unit)\n",
+        "    number = Fraction(time.high, time.unit)\n",
+        "The time of a meeting may be given too late.",
+        (BY_HAND, EXACT),
+        flag="certificate",
+        not_by_vectors=BY_FRACTIONS,
+    ),
+    Fault(
+        "one-coordinate-is-a-place",
+        "izo_ref/base/exact.py",
+        "(a[:, 1] == b[:, 1]) & (a[:, 2] == b[:, 2])\n",
+        "(a[:, 1] == b[:, 1])\n",
+        "Vertices one above the other count as being at the same place.",
+        ("tests/base/test_exact.py",),
+        flag="over-strict",
+    ),
+    Fault(
+        "touched-side-is-outside",
+        "izo_ref/base/exact.py",
+        "    meet[across] = (np.minimum.reduce(turns) >= 0) | (np.maximum.reduce(turns) <= 0)\n",
+        "    meet[across] = (np.minimum.reduce(turns) > 0) | (np.maximum.reduce(turns) < 0)\n",
+        "An edge that goes through a side of a face is said to miss the face.",
+        ("tests/base/test_exact.py",),
+        flag="bad-start",
+    ),
+    Fault(
+        "edge-in-the-plane-is-across",
+        "izo_ref/base/exact.py",
+        "            meet[left] = (s012 * s031 >= 0) & (s023 * s123 <= 0)\n",
+        "            meet[left] = s012 * s031 >= 0\n",
+        "Edges in one plane are said to meet if one of them meets the line of the other.",
+        ("tests/base/test_exact.py",),
+        flag="over-strict",
+    ),
+    Fault(
+        "collinear-edges-meet",
+        "izo_ref/base/exact.py",
+        "        meet &= (ends[0][0] <= ends[1][1]) & (ends[1][0] <= ends[0][1])\n",
+        "        meet &= ends[0][0] <= ends[1][1]\n",
+        "An edge on the line of another one, beyond its end, is said to meet it.",
+        ("tests/base/test_exact.py",),
+        flag="over-strict",
+    ),
+]

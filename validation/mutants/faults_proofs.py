@@ -1,0 +1,241 @@
+"""Faults of the proofs that a pair is apart, and of the frames of impacts."""
+
+from validation.mutants.fault import (
+    ANEW,
+    CPU_SIMULATOR,
+    ELSEWHERE,
+    ROUNDING,
+    Fault,
+)
+
+ADVANCE = "tests/detection/test_advance.py"
+CASES = f"{ADVANCE}::test_degenerate_cases_meet_at_the_known_times"
+CONSTRUCTED = f"{ADVANCE}::test_no_exact_meeting_is_missed_and_no_time_comes_late"
+INTEGERS = f"{ADVANCE}::test_small_integer_pairs_are_decided_as_in_exact_arithmetic"
+RANDOM = f"{ADVANCE}::test_random_pairs_are_decided_as_in_exact_arithmetic"
+QUERIES = f"{ADVANCE}::test_no_published_query_is_missed_and_every_false_alarm_touches"
+MARGIN = f"{ADVANCE}::test_a_proof_holds_for_every_end_within_its_margin"
+FRAME = "tests/detection/test_frame.py"
+BY_HAND = f"{FRAME}::test_a_frame_is_the_one_worked_out_by_hand"
+SIGNS = f"{FRAME}::test_every_frame_has_a_unit_normal_and_a_gap_that_changes_sign"
+FIND = "tests/detection/test_find.py"
+ARMADILLO = f"{FIND}::test_armadillo_rollers_gives_exactly_the_published_pairs"
+SCENE = "tests/test_scene.py"
+
+PROOFS = [
+    Fault(
+        "degenerate-cubic-without-root",
+        "izo_ref/detection/formulas/coplanar.py",
+        "    low = t\n    _, rest = split(c, low)\n",
+        "    if c[3] - 3.0 * c[2] + 3.0 * c[1] - c[0] == 0.0:\n        return 2.0\n"
+        "    low = t\n    _, rest = split(c, low)\n",
+        "A coplanarity cubic whose leading coefficient is zero counts as a cubic without a root.",
+        (CASES,),
+        ELSEWHERE,
+        flag="linear-cubic",
+    ),
+    Fault(
+        "linear-cubic-with-wrong-root",
+        "izo_ref/detection/formulas/coplanar.py",
+        "        return x0 + (x1 - x0) * (y0 / (y0 - y1))\n",
+        "        return x0 + (x1 - x0) * (y0 / (y0 + y1))\n",
+        "Where the cubic is nearly straight, its root is computed with a wrong sign.",
+        (CASES, RANDOM),
+        ELSEWHERE,
+        flag="linear-cubic",
+    ),
+    Fault(
+        "absolute-gap-tolerance",
+        "izo_ref/detection/formulas/advance.py",
+        "    gap_error = GAP_ERROR * max(m1, max(m2, m3))\n",
+        "    gap_error = 1e-6\n",
+        "Pairs that come closer than 1e-6 m meet, whatever their size is.",
+        (CASES,),
+        CPU_SIMULATOR,
+        flag="absolute-tolerance",
+    ),
+    Fault(
+        "coplanar-at-the-start-skipped",
+        "izo_ref/detection/formulas/advance.py",
+        "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n",
+        "    cubic = bernstein_coefficients(a1, a2, a3, b1, b2, b3)\n"
+        "    if cubic[0] == 0.0:\n        return APART, 1.0, (0.0, 0.0, 0.0), 1, 0.0\n",
+        "Pairs that are coplanar at t = 0 are not examined.",
+        (CASES,),
+        CPU_SIMULATOR,
+        flag="coplanar-motion",
+    ),
+    Fault(
+        "half-open-step",
+        "izo_ref/detection/formulas/advance.py",
+        "        until -= MIN_STEP\n",
+        "        until -= MIN_STEP\n        if until > 1.0 - 1e-9:\n"
+        "            return APART, 1.0, direction, step, 0.0\n",
+        "The step is [0, 1) instead of [0, 1], so pairs that meet at its end are dropped.",
+        (CASES,),
+        flag="ends-of-step",
+    ),
+    Fault(
+        "no-gap-error",
+        "izo_ref/detection/formulas/advance.py",
+        "GAP_ERROR = 48.0 * 2.0**-53\n",
+        "GAP_ERROR = 0.0\n",
+        "The rounding of projections is not bounded.",
+        (CONSTRUCTED, CASES, QUERIES),
+        flag="late-time",
+        not_by_vectors=ROUNDING,
+    ),
+    Fault(
+        "no-coefficient-error",
+        "izo_ref/detection/formulas/coplanar.py",
+        "COEFFICIENT_ERROR = 192.0 * 2.0**-53\n",
+        "COEFFICIENT_ERROR = 0.0\n",
+        "The rounding of the cubic's coefficients is not bounded.",
+        (CONSTRUCTED, QUERIES),
+        flag="late-time",
+        not_by_vectors=ROUNDING,
+    ),
+    Fault(
+        "spent-depth-is-apart",
+        "izo_ref/detection/formulas/advance.py",
+        "    return UNDECIDED, t, direction, MAX_STEPS, 0.0\n",
+        "    return APART, 1.0, direction, MAX_STEPS, 0.0\n",
+        "A pair that is not decided within the largest number of steps counts as apart.",
+        (ARMADILLO, CONSTRUCTED, QUERIES),
+        flag="late-time",
+        not_by_vectors=ROUNDING,
+    ),
+    Fault(
+        "shallow-depth",
+        "izo_ref/detection/formulas/advance.py",
+        "MAX_STEPS = 400\n",
+        "MAX_STEPS = 8\n",
+        "After eight proofs a pair counts as an impact at the time that was reached.",
+        (RANDOM, QUERIES),
+        flag="beside-the-face",
+    ),
+    Fault(
+        "parallel-edges-by-their-ends",
+        "izo_ref/detection/formulas/closest.py",
+        "    s = _clamp01((b * f - c * e) / (a * e - b * b))\n",
+        "    if a * e - b * b <= 1e-12 * a * e:\n        return (1.0, 0.0, -1.0, 0.0)\n"
+        "    s = _clamp01((b * f - c * e) / (a * e - b * b))\n",
+        "The closest points of parallel edges are taken at their first ends.",
+        (CASES, INTEGERS),
+        flag="parallel-edges",
+    ),
+    Fault(
+        "axis-test-with-wrong-end",
+        "izo_ref/detection/formulas/margin.py",
+        "        low, low_t1 = min(s2, s3) - max(0.0, s1), min(r2, r3) - max(0.0, r1)\n",
+        "        low, low_t1 = min(s2, s3) - max(0.0, s1), min(r2, r3) - min(0.0, r1)\n",
+        "The first test of two edges along an axis takes the wrong end at t = 1.",
+        (CASES, INTEGERS),
+        flag="missed-pairs",
+    ),
+    Fault(
+        "diagonal-of-one-end",
+        "izo_ref/detection/formulas/margin.py",
+        "                    b3[i] - b3[j],\n",
+        "                    a3[i] - a3[j],\n",
+        "The test along a diagonal takes the position of the last node at the start.",
+        (CASES, INTEGERS),
+        flag="missed-pairs",
+    ),
+    Fault(
+        "sign-of-the-cubic-at-its-ends",
+        "izo_ref/detection/formulas/advance.py",
+        "        min(min(cubic[0], cubic[1]), min(cubic[2], cubic[3])),\n",
+        "        min(cubic[0], cubic[3]),\n",
+        "A cubic that is positive at both ends counts as positive in between.",
+        (CASES, INTEGERS),
+        flag="many-roots",
+    ),
+    Fault(
+        "wrong-sign-of-normal",
+        "izo_ref/detection/formulas/frame.py",
+        "    if gap_t0 < 0.0:\n",
+        "    if gap_t0 > 0.0:\n",
+        "Normals point to the side on which the pair must not be.",
+        (BY_HAND,),
+        ELSEWHERE,
+        flag="normal-sign",
+    ),
+    Fault(
+        "frame-at-the-end-of-the-step",
+        "izo_ref/detection/formulas/frame.py",
+        "    q1, q2, q3 = lerp3(a1, b1, toi), lerp3(a2, b2, toi), lerp3(a3, b3, toi)\n",
+        "    q1, q2, q3 = lerp3(a1, b1, 1.0), lerp3(a2, b2, 1.0), lerp3(a3, b3, 1.0)\n",
+        "Weights and normals are those at t = 1 instead of those at the time of impact.",
+        (BY_HAND, SIGNS),
+        flag="frame-time",
+    ),
+    Fault(
+        "margin-of-one-side",
+        "izo_ref/detection/formulas/margin.py",
+        "MARGIN_SHARE = 0.5 - 2.0**-12\n",
+        "MARGIN_SHARE = 1.0 - 2.0**-12\n",
+        "A margin allows for the move of one of the two nodes of a gap only.",
+        (MARGIN,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
+    ),
+    Fault(
+        "margin-along-one-axis",
+        "izo_ref/detection/formulas/margin.py",
+        "    size = sum_abs3(n)\n",
+        "    size = max(abs(n[0]), max(abs(n[1]), abs(n[2])))\n",
+        "The moves that a margin allows are taken along the largest axis only.",
+        (MARGIN,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
+    ),
+    Fault(
+        "margin-of-diagonals-as-of-axes",
+        "izo_ref/detection/formulas/margin.py",
+        "    return 0.5 * MARGIN_SHARE * slack\n",
+        "    return MARGIN_SHARE * slack\n",
+        "A diagonal gets the margin of an axis, though its sum of absolute values is 2.",
+        (MARGIN,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
+    ),
+    Fault(
+        "margin-of-one-column",
+        "izo_ref/detection/formulas/margin.py",
+        "    change = 2.0 * DETERMINANT_BOUND * (m2 * m3 + m1 * m3 + m1 * m2)\n",
+        "    change = 0.1 * DETERMINANT_BOUND * m2 * m3\n",
+        "The margin of a cubic is too large, because one column of the determinant is changed.",
+        (MARGIN,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
+    ),
+    Fault(
+        "second-direction-from-the-start",
+        "izo_ref/detection/formulas/margin.py",
+        "    return max(0.0, MARGIN_SHARE * min(slack_begin, slack_end) / size)\n",
+        "    return max(0.0, MARGIN_SHARE * (slack_begin if end < 1.0 else slack_end) / size)\n",
+        "Of two directions, the first one is not examined at the time at which it ends.",
+        (MARGIN,),
+        flag="incremental-detection",
+        not_by_vectors=ANEW,
+    ),
+    Fault(
+        "contact-beside-the-face",
+        "izo_ref/detection/formulas/advance.py",
+        "        if step > 1 and _is_inside(is_edge_edge, weights) and ",
+        "        if step > 1 and ",
+        "Nodes that become coplanar count as a contact, also beside the face or the edges.",
+        (RANDOM, QUERIES),
+        flag="beside-the-face",
+    ),
+    Fault(
+        "coplanar-edge-and-face-apart",
+        "izo_ref/detection/formulas/crossing.py",
+        "    if side_p * side_q > 0:\n",
+        "    if side_p * side_q >= 0:\n",
+        "At the start, an edge with an end in the plane of a face counts as apart from that face.",
+        (SCENE,),
+        flag="bad-start",
+    ),
+]
