@@ -12,7 +12,7 @@ from izo_ref.porting.trace import trace_resolve
 from izo_ref.porting.trace_files import load_arrays
 from tests.helpers.shapes import pinched_sheet, two_sheets
 from tests.helpers.steps import SEED
-from tests.porting.test_trace import NAMES, scenes
+from tests.helpers.traced import NAMES, scenes
 
 FIRST = "iteration-0001"
 FOUND = ("nodes", "edge_edge_impacts", "toi", "weights", "normals", "hopeful", "selected")
