@@ -33,6 +33,9 @@ ROUNDING = (
 )
 LARGE = "It is in the solver of large zones, and the zones of the vectors are small."
 FALLBACK = "It is in a solver that runs only if block pivoting gives up, or if it is asked for."
+HANDED_ON = (
+    "It makes block pivoting fail its own check, so another solver takes the zone and is right."
+)
 ON_THREADS = "It shows with work for several threads, and the vectors are too small for that."
 NOT_ASKED = "It concerns a choice of our own loop; no stage asks a port for it."
 JUDGES = "It is in code that judges answers, and the vectors ask for answers."

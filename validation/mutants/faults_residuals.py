@@ -6,6 +6,7 @@ from validation.mutants.fault import (
     ELSEWHERE,
     JUDGES,
     ON_THREADS,
+    REPORTED,
     Fault,
 )
 
@@ -121,6 +122,7 @@ RESIDUAL = [
         "The objective is wrong by a factor of two.",
         ("tests/loop/test_resolve.py::test_a_falling_vertex_ends_at_the_thickness_above_the_face",),
         flag="mass-weighting",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "objective-not-over-masses",
@@ -130,6 +132,7 @@ RESIDUAL = [
         "The objective is divided by the number of vertices instead of their mass.",
         ("tests/zones/test_objective.py",),
         flag="mass-weighting",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "bound-without-across",

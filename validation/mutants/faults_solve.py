@@ -4,6 +4,7 @@ from validation.mutants.fault import (
     CPU_SIMULATOR,
     ELSEWHERE,
     FALLBACK,
+    HANDED_ON,
     LARGE,
     Fault,
 )
@@ -100,6 +101,7 @@ SOLVERS = [
         "The Gram matrix ignores the angle between normals.",
         ("tests/solvers/test_block_pivot.py", CERTIFIED),
         flag="rows-opposed",
+        not_by_vectors=HANDED_ON,
     ),
     Fault(
         "last-pivots-not-updated",
@@ -109,6 +111,7 @@ SOLVERS = [
         "One of the last pivots, which are fewer than four, does not reach the rows below.",
         ("tests/solvers/test_dense.py",),
         flag="linear-algebra",
+        not_by_vectors=HANDED_ON,
     ),
     Fault(
         "tiles-forget-their-last-row",
