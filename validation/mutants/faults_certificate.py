@@ -145,7 +145,7 @@ CERTIFICATES = [
         "An edge that goes through a side of a face is said to miss the face.",
         ("tests/base/test_exact.py",),
         flag="bad-start",
-        not_by_vectors="An edge that goes through a side also touches that side, which is found by itself.",
+        not_by_vectors="An edge through a side touches that side too, which is found by itself.",
     ),
     Fault(
         "edge-in-the-plane-is-across",
