@@ -1,9 +1,12 @@
 """A dump that is right agrees at every stage, and a fault is found at its own stage."""
 
+import json
+
 import numpy as np
 import pytest
 
 from izo_ref import Options, Scene
+from izo_ref.app.dump_command import conform_dump
 from izo_ref.base.errors import FileFormatError, IzoError
 from izo_ref.porting.dump import judge_dump
 from izo_ref.porting.dumped.report import ROOT, source_line
@@ -364,6 +367,19 @@ def test_a_blocked_step_is_no_failure_of_the_port(tmp_path, judge):
     assert judge(arrays).agrees
     arrays["result/free"] = np.array(True)
     assert "the path is not free" in judge(arrays).first.problem.sentence
+
+
+def test_the_command_prints_the_report_and_exits_with_one(arrays, tmp_path, capsys):
+    np.savez(tmp_path / "dump.npz", **arrays)
+    assert conform_dump(tmp_path / "dump.npz") == 0
+    assert "agree with the reference" in capsys.readouterr().out
+    late(arrays)
+    np.savez(tmp_path / "dump.npz", **arrays)
+    assert conform_dump(tmp_path / "dump.npz", tmp_path / "report.json") == 1
+    assert "First difference: S2 time of impact" in capsys.readouterr().out
+    record = json.loads((tmp_path / "report.json").read_text())
+    assert record["first"]["place"] == f"{FIRST}/found/toi"
+    assert record["first"]["reference"].startswith("izo_ref/detection/formulas/advance.py:")
 
 
 def test_a_scene_alone_says_nothing(arrays, judge):

@@ -85,7 +85,7 @@ def judge_times(path: Path, rows: Rows) -> Problem | None:
         word = f"is early by more than {EARLY:.0%}" if early else late
         sentence = f"the time of {name_of(nodes, kind)} {word}"
         texts = f"{float(time)!r} +- {tolerance[i]:.1e}", repr(float(got[i]))
-        return Problem(sentence, own[i], tuple(nodes.tolist()), *texts, int(wrong.sum()))
+        return Problem(sentence, int(own[i]), tuple(nodes.tolist()), *texts, int(wrong.sum()))
     return None
 
 
