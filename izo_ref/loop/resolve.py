@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -32,7 +32,7 @@ from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.problem import Residuals
 
-# See `resolve`.
+# `wrap_step` of `resolve`: takes a step, the order of its vertices and the thickness.
 WrapStep: TypeAlias = Callable[[Step, Indices, float], Step]
 # Work that the rounds with new normals may always do, see `_work`: 0.04 to 0.2 s.
 LITTLE_WORK = 10_000
@@ -109,7 +109,7 @@ def resolve(
     options: Options | None = None,
     *,
     on_iteration: Callable[[Iteration], object] | None = None,
-    wrap_step: WrapStep | None = None,
+    wrap_step: Callable[..., Any] | None = None,
 ) -> Result:
     """Find end positions close to the proposed ones whose straight path touches nothing.
 
