@@ -1,8 +1,8 @@
 """Traces: every intermediate of a run of `resolve`, written to a folder.
 
-`trace_files.py` has the layout of the folder, and `recorder.py` writes the stages. All arrays are in the numbering of the caller and in
-the units of the caller. The rows of `found` are in the order in which the loop has them, which
-decides between impacts at equal times.
+`trace_files.py` has the layout of the folder, and `recorder.py` writes the stages. All arrays are
+in the numbering of the caller and in the units of the caller. The rows of `found` are in the order
+in which the loop has them, which decides between impacts at equal times.
 """
 
 from __future__ import annotations
