@@ -8,8 +8,10 @@ import pytest
 from izo_ref import Options, Scene
 from izo_ref.app.dump_command import conform_dump
 from izo_ref.base.errors import FileFormatError, IzoError
+from izo_ref.base.records import no_impacts
 from izo_ref.porting.dump import judge_dump
 from izo_ref.porting.dumped.report import ROOT, source_line
+from izo_ref.porting.dumped.zones import _is_some_order
 from izo_ref.porting.stages import STAGES
 from izo_ref.porting.trace import trace_resolve
 from izo_ref.porting.trace_files import load_arrays
@@ -289,6 +291,22 @@ def test_one_early_difference_does_not_hide_that_the_rest_is_right(arrays, judge
         own = dict(arrays)
         spoil(own)
         assert len(differing(judge(own))) == 1
+
+
+def test_equal_times_may_be_selected_in_any_order():
+    """A fan of impacts at one vertex: any one of those at the first time may enter."""
+    times = np.array([0.25, 0.25, 0.5, 0.75])
+    nodes = np.array([[0, 1, 2, 3], [4, 5, 2, 6], [7, 8, 9, 6], [7, 10, 11, 12]])
+    found = no_impacts()._replace(nodes=nodes, toi=times)
+    pinned = np.zeros(13, bool)
+    for chosen, expected in (
+        ([True, False, True, False], True),
+        ([False, True, False, True], True),
+        ([True, True, False, True], False),  # two of them share a vertex
+        ([False, True, True, False], False),
+        ([True, False, False, True], False),  # nothing before it has its vertices
+    ):
+        assert _is_some_order(found, np.array(chosen), pinned) is expected
 
 
 def test_zones_that_are_split_differ(rng, tmp_path, judge):
