@@ -38,6 +38,12 @@ def add_conform(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         f"DIR/{REPLIES}, judges that",
     )
     port.add_argument(
+        "--dump",
+        metavar="FOLDER",
+        help="judge arrays that a port wrote of its own scene, .npy files or one .npz by the names "
+        "of `izo resolve --trace`; of the other flags, only --json belongs to it",
+    )
+    port.add_argument(
         "--self-test",
         action="store_true",
         help="show that broken replies and misbehaving programs are rejected",
@@ -121,11 +127,14 @@ def conform(args: argparse.Namespace) -> int:
 
     Raises:
         OptionError: A word of the command line names nothing.
-        FileFormatError: A file cannot be read or written.
+        FileFormatError: A file cannot be read or written, or a dump has an array of another shape.
+        IzoError: `Scene` does not accept the scene of a dump.
         VectorsError: The vectors are missing or damaged.
     """
     outputs = {"--json": args.json, "--html": args.html, "--write-failures": args.write_failures}
-    check_outputs({"--failures": args.failures}, outputs)
+    check_outputs({"--failures": args.failures, "--dump": args.dump}, outputs)
+    if args.dump is not None:
+        return _judge_dump(args)
     cases = load_cases(None if args.vectors is None else Path(args.vectors))
     if args.self_test:
         return _self_test(cases, outputs)
@@ -145,6 +154,29 @@ def conform(args: argparse.Namespace) -> int:
         _save_text(args.write_failures, known_text(run.rows))
     _say(report_text(report))
     return CONFORMS if report.conforms else DOES_NOT
+
+
+def _judge_dump(args: argparse.Namespace) -> int:
+    """Judge arrays that a port wrote of its own scene; the vectors have no part in it."""
+    from izo_ref.porting.dump import judge_dump
+
+    others = {
+        "--stage": args.stage,
+        "--dtype": args.dtype,
+        "--case": args.case,
+        "--vectors": args.vectors,
+        "--failures": args.failures,
+        "--write-failures": args.write_failures,
+        "--html": args.html,
+    }
+    given = [name for name, value in others.items() if value]
+    if given:
+        raise OptionError(f"{given[0]}: --dump judges no vectors, so it takes --json alone")
+    report = judge_dump(args.dump)
+    if args.json:
+        save_json(args.json, report.record())
+    _say(report.text())
+    return CONFORMS if report.agrees else DOES_NOT
 
 
 def _run(args: argparse.Namespace, cases: list[Case]) -> Run | None:

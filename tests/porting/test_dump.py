@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from izo_ref import Options, Scene
-from izo_ref.app.dump_command import conform_dump
+from izo_ref.app.cli import main
 from izo_ref.base.errors import FileFormatError, IzoError
 from izo_ref.base.records import no_impacts
 from izo_ref.porting.dump import judge_dump
-from izo_ref.porting.dumped.report import ROOT, source_line
 from izo_ref.porting.dumped.zones import _is_some_order
-from izo_ref.porting.stages import STAGES
+from izo_ref.porting.reading import lines_of
+from izo_ref.porting.stages import STAGE
 from izo_ref.porting.trace import trace_resolve
 from izo_ref.porting.trace_files import load_arrays
 from tests.helpers.shapes import pinched_sheet, two_sheets
@@ -281,9 +281,8 @@ def test_a_fault_is_found_at_its_stage(traced, arrays, judge, fault):
         assert report.first.problem.vertices
     text = report.text()
     assert f"First difference: {stage}" in text
-    formula = next(one.formula for one in STAGES if one.name == stage)
-    assert formula in text
-    assert source_line(next(one for one in STAGES if one.name == stage)) in text
+    assert STAGE[stage].formula in text
+    assert str(lines_of(STAGE[stage])) in text
 
 
 def test_one_early_difference_does_not_hide_that_the_rest_is_right(arrays, judge):
@@ -388,16 +387,26 @@ def test_a_blocked_step_is_no_failure_of_the_port(tmp_path, judge):
 
 
 def test_the_command_prints_the_report_and_exits_with_one(arrays, tmp_path, capsys):
-    np.savez(tmp_path / "dump.npz", **arrays)
-    assert conform_dump(tmp_path / "dump.npz") == 0
+    dump, report = str(tmp_path / "dump.npz"), tmp_path / "report.json"
+    np.savez(dump, **arrays)
+    assert main(["conform", "--dump", dump]) == 0
     assert "agree with the reference" in capsys.readouterr().out
     late(arrays)
-    np.savez(tmp_path / "dump.npz", **arrays)
-    assert conform_dump(tmp_path / "dump.npz", tmp_path / "report.json") == 1
+    np.savez(dump, **arrays)
+    assert main(["conform", "--dump", dump, "--json", str(report)]) == 1
     assert "First difference: S2 time of impact" in capsys.readouterr().out
-    record = json.loads((tmp_path / "report.json").read_text())
+    record = json.loads(report.read_text())
     assert record["first"]["place"] == f"{FIRST}/found/toi"
     assert record["first"]["reference"].startswith("izo_ref/detection/formulas/advance.py:")
+
+
+def test_the_command_refuses_flags_of_the_vectors_and_bad_dumps(arrays, tmp_path, capsys):
+    dump = str(tmp_path / "dump.npz")
+    np.savez(dump, **arrays)
+    assert main(["conform", "--dump", dump, "--stage", "S7"]) == 2
+    assert "--stage: --dump judges no vectors" in capsys.readouterr().err
+    assert main(["conform", "--dump", str(tmp_path / "none")]) == 2
+    assert "there is no such folder" in capsys.readouterr().err
 
 
 def test_a_scene_alone_says_nothing(arrays, judge):
@@ -449,11 +458,3 @@ def test_bad_scenes_and_vertices_that_do_not_exist_are_refused(arrays, judge):
     arrays["scene/masses"] = -arrays["scene/masses"]
     with pytest.raises(IzoError, match="masses"):
         judge(arrays)
-
-
-def test_the_lines_of_the_reference_exist():
-    for stage in STAGES:
-        path, _, rest = source_line(stage).partition(":")
-        number, _, name = rest.partition(" ")
-        line = (ROOT / path).read_text().splitlines()[int(number) - 1]
-        assert name.strip("()") in line

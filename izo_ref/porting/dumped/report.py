@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import ast
-from pathlib import Path
 from typing import Any, NamedTuple
 
+from izo_ref.porting.conform.report import where_to_read
+from izo_ref.porting.reading import method_page
 from izo_ref.porting.stages import STAGE, Stage
-
-ROOT = Path(__file__).resolve().parents[3]
 
 
 class Problem(NamedTuple):
@@ -109,22 +107,12 @@ class DumpReport(NamedTuple):
         }
 
 
-def source_line(stage: Stage) -> str:
-    """Return `path:line (name)` of the reference of a stage; no line if the source is not there."""
-    path, _, name = stage.source.partition(":")
-    try:
-        nodes = ast.walk(ast.parse((ROOT / path).read_text(encoding="utf-8")))
-    except (OSError, SyntaxError):
-        return f"{path} ({name})"
-    for node in nodes:
-        if isinstance(node, ast.FunctionDef | ast.ClassDef) and node.name == name:
-            return f"{path}:{node.lineno} ({name})"
-    return f"{path} ({name})"
-
-
 def _read(stage: Stage) -> dict[str, str]:
-    method = f"docs/method/{stage.method}.md"
-    return {"formula": stage.formula, "reference": source_line(stage), "method": method}
+    return {
+        "formula": stage.formula,
+        "reference": where_to_read(stage),
+        "method": method_page(stage),
+    }
 
 
 def _record(finding: Finding) -> dict[str, Any]:
@@ -161,7 +149,7 @@ def _difference(finding: Finding) -> list[str]:
         ("got", problem.got),
         ("judged on", finding.given),
         ("formula", stage.formula),
-        ("read", f"{source_line(stage)}, docs/method/{stage.method}.md"),
+        ("read", f"{where_to_read(stage)}, {method_page(stage)}"),
     ]
     lines = [f"First difference: {stage.name} {stage.title}"]
     lines += [f"  {name:<9}  {text}" for name, text in rows if text]
