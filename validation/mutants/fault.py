@@ -48,6 +48,9 @@ WELDED = "It concerns welded vertices, and no vertices of the vectors coincide."
 ODD_SIZES = (
     "It shows at extraordinary sizes, and the coordinates of the vectors are float32 numbers."
 )
+EXACT_MOVES = (
+    "It shows in the rounding of moves, and those between float32 numbers have none in float64."
+)
 BY_FRACTIONS = "It is in exact arithmetic, which judges what floats cannot decide."
 REPORTED = (
     "It concerns what is reported besides positions, and the vectors ask for positions alone."

@@ -1,7 +1,9 @@
 """Faults of the outer loop, the fail-safe, sizes and the next step."""
 
 from validation.mutants.fault import (
+    ANEW,
     CPU_SIMULATOR,
+    EXACT_MOVES,
     NOT_ASKED,
     ODD_SIZES,
     ONE_STEP,
@@ -85,6 +87,7 @@ LOOPS = [
         "Incremental detection forgets the impacts of vertices that did not move since.",
         (RESOLVE,),
         flag="incremental-detection",
+        not_by_vectors=ANEW,
     ),
     Fault(
         "moved-along-all-axes",
@@ -148,6 +151,7 @@ LOOPS = [
         (RESOLVE,),
         CPU_SIMULATOR,
         flag="unhonest-status",
+        not_by_vectors=REPORTED,
     ),
     Fault(
         "fallback-compounds-scales",
@@ -159,6 +163,7 @@ LOOPS = [
         "In each round, vertices that were scaled back are scaled again by their whole scale.",
         (SCALE_BACK,),
         flag="fail-safe",
+        not_by_vectors=NOT_ASKED,
     ),
     Fault(
         "fallback-moves-what-was-not-scaled",
@@ -168,6 +173,7 @@ LOOPS = [
         "Scaling back moves pinned vertices by rounding.",
         (BUDGET, RESOLVE),
         flag="fail-safe",
+        not_by_vectors=EXACT_MOVES,
     ),
     Fault(
         "uncertified-end-is-a-start",
