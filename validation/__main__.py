@@ -191,7 +191,7 @@ def _guide(args: Namespace) -> int:
     from izo_ref.porting.guide import with_tables
     from validation.provenance import ROOT
 
-    guide = ROOT / "docs" / "porting.md"
+    guide = ROOT / "docs" / "porting-stages.md"
     guide.write_text(with_tables(guide.read_text()))
     print(guide)
     return PASSED
@@ -289,7 +289,7 @@ def _parser() -> argparse.ArgumentParser:
     help_ = "write the figures of all reports into reports/README.md"
     sub = _add(commands, "readme", _readme, help_)
     sub.add_argument("--check", action="store_true", help="write nothing; fail if they differ")
-    _add(commands, "guide", _guide, "write the tables of the stages into docs/porting.md")
+    _add(commands, "guide", _guide, "write the tables of the stages into docs/porting-stages.md")
     help_ = "show the floors of the package, by its imports, and the sizes of files and functions"
     sub = _add(commands, "house", _house, help_)
     sub.add_argument("--write", action="store_true", help="update the floors in README.md")

@@ -1,6 +1,6 @@
 """Tables of the guide for porters, made from `stages.py`, so that the two cannot differ.
 
-`docs/porting.md` holds a pair of marks for each stage; what is between them comes from here.
+`docs/porting-stages.md` holds a pair of marks for each stage; what is between them comes from here.
 """
 
 from __future__ import annotations
