@@ -92,6 +92,8 @@ SOLVERS = [
         "Block pivoting does not check whether nearly dependent constraints hold.",
         ("tests/solvers/test_block_pivot.py",),
         flag="rows-opposed",
+        not_by_vectors="The tolerance of a zone grows with its condition. Of 40 wedges of 1e-3 to "
+        "3e-8 rad, every answer with this fault is within it.",
     ),
     Fault(
         "gram-of-coefficients-only",

@@ -82,6 +82,9 @@ def _pinned() -> list[Lot]:
         Lot("motion", (*MOTION, *SAFE), "medium", "Pinned plates leave a sheet little room, and "
             "the sheet is proposed to end far beyond one of them.",
             scenes.pinch(2.0**-4, 0.5), 0.239),
+        Lot("motion", MOTION, "medium", "A pinned face rises by a move that rounds in float64. It "
+            "ends where it is proposed to end, bit for bit, and not at start plus move.",
+            scenes.decimal_rise(), 0.13),
         Lot("blocked", (*HONEST, *MOTION), "medium", blocked, scenes.pinch(-0.125), None, None),
         Lot("blocked", (*HONEST, *MOTION), "hard", "A triangle is in a closed pinned box whose tip "
             "goes down through its bottom, so no path is free, and a port must say so.",

@@ -23,6 +23,19 @@ def over_a_face(
     return parts
 
 
+def decimal_rise() -> SceneParts:
+    """Return a pinned face that rises from -0.7 m to 0.9 m, through a triangle at 0.3 m.
+
+    For these numbers, start + (end - start) is not the end in float64.
+    """
+    parts = SceneParts()
+    pinned = parts.add([(x, y, -0.7) for x, y, _ in FACE], ONE, pinned=1)
+    for vertex in pinned:
+        parts.end[vertex] = (*parts.end[vertex][:2], 0.9)
+    parts.add(hanging_triangle((0.0, -0.25, 0.3)), ONE)
+    return parts
+
+
 def two_sheets(
     drop: float, gap: float = 0.125, pinned: int = 0, seed: int | None = None, heavy: float = 1.0
 ) -> SceneParts:
