@@ -26,7 +26,7 @@ Value: TypeAlias = "float | int | str | list[float] | list[int]"
 
 VALID, INVALID, ACCEPTABLE = "valid", "invalid", "acceptable"
 VERDICTS = {
-    VALID: "there is one right answer, and a port must give it",
+    VALID: "the port must answer, and its answer must pass",
     INVALID: "the input is bad, and a port must refuse it",
     ACCEPTABLE: "several answers are right, or the case is too near to a tie for floats: a port "
     "may refuse, and any other answer must have the stated properties",
