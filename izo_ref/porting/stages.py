@@ -155,10 +155,27 @@ STAGES = (
         "normal of the face or of both edges, with N . sum_k a_k x_k(0) > 0",
         "izo_ref/detection/formulas/frame.py:impact_frame",
         "1-problem",
-        (*_PAIR, Field("toi", FLOAT, (), "", "the time at which to take them")),
+        (
+            *_PAIR,
+            Field(
+                "toi",
+                FLOAT,
+                (),
+                "",
+                "the time at which to take them; it may be early, and is above 0: a pair that "
+                "touches at t = 0 has no side",
+            ),
+        ),
         (
             Field("weights", FLOAT, (4,), "", "positive on the first side; their sum is 0"),
-            Field("normal", FLOAT, (3,), "", "unit vector; the gap is positive at t = 0"),
+            Field(
+                "normal",
+                FLOAT,
+                (3,),
+                "",
+                "unit vector; the gap is positive at t = 0, and where the normal is not unique, "
+                "at least 1/64 of the length of sum_k a_k x_k(0)",
+            ),
         ),
     ),
     Stage(

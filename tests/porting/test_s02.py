@@ -8,6 +8,7 @@ import pytest
 
 from izo_ref.porting.generate.s02 import EARLY, MULTIPLE, cases
 from izo_ref.porting.reference.contact import Pair, cubic, meeting
+from tests.helpers.frames import APART, pair_of, right_answer
 from tests.ports.own.s02 import answer
 from validation.oracles.path import first_meeting
 
@@ -28,7 +29,6 @@ OWNED = (
     "still-nodes",
 )
 EPS = {"f8": 2.0**-52, "f4": 2.0**-23}
-APART = {"meets": 0}
 
 
 def is_right(case, reply, dtype="f8"):
@@ -41,19 +41,6 @@ def is_right(case, reply, dtype="f8"):
     tolerance = expected["multiple"] * EPS[dtype] * expected["scale"]
     low = (1 - expected["early"]) * expected["time"] - tolerance
     return low <= reply["toi"] <= expected["time"] + tolerance
-
-
-def pair_of(inputs):
-    return Pair(
-        bool(inputs["is_edge_edge"]),
-        np.reshape(inputs["start"], (4, 3)).tolist(),
-        np.reshape(inputs["end"], (4, 3)).tolist(),
-    )
-
-
-def reference(pair):
-    found = meeting(pair, MULTIPLE)
-    return APART if found is None else {"meets": 1, "toi": float(found.time)}
 
 
 def roots_of(pair):
@@ -88,7 +75,7 @@ def has_a_fixed_tolerance(pair, right):
 def adds_a_thickness(pair, right):
     """Take everything for a meeting that comes within 1e-6 of it at the end."""
     gap = abs(float(sum(cubic(pair)))) / max(np.linalg.norm(normal_at(pair, 1)), 1e-300)
-    return {"meets": 1, "toi": 1.0} if gap < 1e-6 else reference(pair)
+    return {"meets": 1, "toi": 1.0} if gap < 1e-6 else right_answer(pair)
 
 
 def looks_at_the_plane_alone(pair, right):
@@ -104,7 +91,7 @@ def looks_at_the_first_root_alone(pair, right):
 
 def rounds_to_float32(pair, right):
     start, end = (np.float32(points).tolist() for points in (pair.start, pair.end))
-    return reference(Pair(pair.is_edge_edge, start, end))
+    return right_answer(Pair(pair.is_edge_edge, start, end))
 
 
 def gives_up_without_a_normal(pair, right):
@@ -172,7 +159,7 @@ def test_a_wrong_solver_fails_a_case_of_its_flag(flag):
         failed = []
         for case in CASES:
             pair = pair_of(case.inputs)
-            if flag in case.flags and not is_right(case, wrong(pair, reference(pair))):
+            if flag in case.flags and not is_right(case, wrong(pair, right_answer(pair))):
                 failed.append(case.id)
         assert failed, wrong
 

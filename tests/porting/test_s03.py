@@ -19,6 +19,8 @@ OWNED = (
     "float32-coordinates",
     "parallel-edges",
     "degenerate-elements",
+    "absolute-tolerance",
+    "clamped-points",
 )
 EPS = {"f8": 2.0**-52, "f4": 2.0**-23}
 
@@ -106,7 +108,7 @@ def interpolates_in_float32(inputs):
     return {**answer(inputs, "f8"), "weights": reply["weights"]}
 
 
-# A function with each mistake.
+# A function with each mistake; `test_s03_mistakes.py` has more, which fail three cases each.
 WRONG = [
     ("normal-sign", keeps_the_side_of_the_plane),
     ("normal-sign", takes_the_side_at_the_start),
@@ -122,7 +124,7 @@ WRONG = [
 
 
 def test_ids_are_unique_and_each_flag_has_three_cases_an_easy_and_a_hard_one():
-    assert len({case.id for case in CASES}) == len(CASES) >= 48
+    assert len({case.id for case in CASES}) == len(CASES) >= 80
     for flag in OWNED:
         grades = [case.grade for case in CASES if flag in case.flags]
         assert len(grades) >= 3, flag

@@ -56,14 +56,15 @@ DETECTION = (
         ("S2", "S3"),
         "The four nodes stay in one plane during the whole step, so that the coplanarity cubic is "
         "zero everywhere and has no isolated root. The port takes this as 'never meets', although "
-        "the elements may meet within the plane.",
+        "the elements may meet within the plane. Or it asks whether the gap along the normal is "
+        "exactly zero, and rounding gives 1e-16.",
         "Sheets that slide in one plane, and edges on a common floor, go through each other; or "
         "the normal is divided by zero and becomes NaN.",
         CCD_BENCHMARK,
     ),
     Flag(
         "absolute-tolerance",
-        ("S2", "S7", "S9", "S11"),
+        ("S2", "S3", "S7", "S9", "S11"),
         "A tolerance is a fixed number, such as 1e-6, whatever the size of the scene is. It has "
         "to be relative to the sizes in the case.",
         "The port works in metres and fails in millimetres or for a scene that is 100 times "
@@ -134,9 +135,9 @@ DETECTION = (
     Flag(
         "float32-coordinates",
         ("S2", "S3", "S6"),
-        "Coordinates far from the origin are multiplied before they are subtracted, or are stored "
-        "in float32 although the case needs float64. Subtract first: differences of nearby "
-        "positions are exact, products of large coordinates are not.",
+        "Coordinates far from the origin are multiplied or interpolated before they are "
+        "subtracted, or are stored in float32 although the case needs float64. Subtract first: "
+        "differences of nearby positions are exact, products of large coordinates are not.",
         "A scene that works at the origin jitters, misses contacts or gets wrong normals at 1 km "
         "from it.",
         "GPU programs such as I-Cloth compute in float32. Float32 detection that never misses is "

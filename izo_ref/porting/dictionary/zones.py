@@ -30,6 +30,17 @@ FRAMES = (
         "The correction goes to the wrong corner. In symmetric test scenes this is hardly visible.",
         TYPICAL,
     ),
+    Flag(
+        "clamped-points",
+        ("S3",),
+        "Where the closest point is on a border or at an end, the port extrapolates the weights, "
+        "or clamps each coordinate by itself and leaves the others as they are. Or it takes areas "
+        "of triangles with the vertex as though the sides touched already. A time of impact may "
+        "be early, so the sides need not touch, and the pair may still be beside the face.",
+        "Weights belong to points that are not the closest ones, or have the wrong sign: the "
+        "correction moves the wrong vertices, and pulls some of them to the other side.",
+        TYPICAL,
+    ),
 )
 ZONES = (
     Flag(

@@ -25,6 +25,7 @@ class Named(NamedTuple):
         pair: The nodes at the start and at the end.
         what: One sentence that says what is special.
         dtypes: Types of floats that can decide it.
+        share: The part of the time of impact at which stage S3 takes the frame.
     """
 
     word: str
@@ -33,6 +34,7 @@ class Named(NamedTuple):
     pair: Pair
     what: str
     dtypes: tuple[str, ...] = BOTH
+    share: float = 1.0
 
 
 def vertex(

@@ -61,8 +61,8 @@ DEGREES: tuple[Named, ...] = (
         "quadratic",
         _DEGREES_FLAGS,
         "medium",
-        turned(vertex((1, 1, 1), (1, 2, -1), FACE, _TILTING)),
-        "One corner moves: degree two, and the smaller root counts.",
+        turned(vertex((1, 1, 1), (2, 1, -1), FACE, _TILTING)),
+        "One corner moves, and the vertex moves along the face: degree two.",
     ),
     Named(
         "constant",
@@ -89,6 +89,7 @@ DEGREES: tuple[Named, ...] = (
 
 
 _LATE, _ENDS = ("late-time",), ("ends-of-step",)
+_FASTER = edges(EDGE, [(-1, -2, 1), (-1, 2, 1)], EDGE, [(1.5, -1, -3), (1.5, 3, 4)])
 _HALF: list[Point] = [(0, -1, 2), (0, 1, 2)]
 # Pairs that meet late, soon, at the ends of the step, or just not in it.
 TIMES: tuple[Named, ...] = (
@@ -127,6 +128,14 @@ TIMES: tuple[Named, ...] = (
         turned(edges(EDGE, [(1, -2, 1), (1, 2, 1)], EDGE, [(1, -1, -3), (1, 3, 5)])),
         "Meets at the square root of 1/2.",
     ),
+    Named(
+        "faster",
+        _LATE,
+        "medium",
+        turned(vertex((0.5, 0.5, 1), (2.5, 0.5, 1), FACE, _TILTING)),
+        "The face comes faster and faster: Newton's method reaches the time from behind.",
+    ),
+    Named("faster", _LATE, "hard", _FASTER, "The edges come faster and faster to each other."),
     Named(
         "soon",
         _LATE,

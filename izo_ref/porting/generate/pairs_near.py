@@ -16,6 +16,7 @@ from izo_ref.porting.generate.pairs import (
     vertex,
 )
 from izo_ref.porting.generate.pairs_moving import CROSS, DOWN, EDGES_DOWN, THIN
+from izo_ref.porting.reference.contact import Point
 
 
 def boundaries() -> list[Named]:
@@ -50,6 +51,10 @@ def boundaries() -> list[Named]:
     ends = edges(EDGE, [(2, 0, 1), (2, 1, 1)], EDGE, [(2, 0, -1), (2, 1, -1)])
     what = "The end of one edge meets the end of the other, exactly."
     rows.append(Named("end-to-end", flags, "hard", turned(ends), what))
+    for d, grade, dtypes in ((1.0, "easy", BOTH), (2.0**-30, "hard", DOUBLE)):
+        pair = turned(edges(EDGE, [(0, d, 1), (1, 3, 1)], EDGE, [(0, d, -1), (1, 3, -1)]))
+        what = f"The end of one edge passes {d:g} m beside the other edge."
+        rows.append(Named("beside", flags, grade, pair, what, dtypes))
     return rows
 
 
@@ -59,7 +64,8 @@ def scales() -> list[Named]:
     beside = turned(vertex((3, 3, 1), (3, 3, -1)))
     above = edges(EDGE, CROSS, EDGE, shifted(CROSS, 0, 0, -1 + THIN))
     rows = []
-    for exponent, grade in ((-20, "easy"), (-66, "hard"), (20, "medium"), (66, "hard")):
+    grades = {-20: "easy", -66: "hard", 20: "medium", 66: "hard", -24: "medium"}
+    for exponent, grade in grades.items():
         dtypes = DOUBLE if abs(exponent) == 66 else BOTH
         for pair, name in ((turned(DOWN), "A pair"), (turned(EDGES_DOWN), "Two edges")):
             what = f"{name} of a size of 2^{exponent} m that meet."
@@ -197,5 +203,35 @@ RESTING: tuple[Named, ...] = (
         "medium",
         _MOVED,
         "One edge rests; the other comes down on it, tilted.",
+    ),
+)
+
+
+_LINEAR_FLAGS = ("linear-cubic",)
+_SMALL, _LESS = 2.0**-16, 2.0**-18
+_UP: Point = (0, 4 + _SMALL, 0)
+_BENT: list[Point] = [(0, 0, 0), (4 + _LESS, 0, _LESS), (0, 4 + _LESS, -_LESS)]
+# Pairs whose cubic is nearly linear, and whose time is not a round number.
+LINEAR: tuple[Named, ...] = (
+    Named(
+        "nearly-linear",
+        _LINEAR_FLAGS,
+        "hard",
+        vertex((1, 1, 1), (1.5, 0.5, -2), FACE, [(0, 0, _SMALL), (4, 0, -_SMALL), _UP]),
+        "The face turns by 2^-16: formulas for cubics subtract numbers that are large.",
+    ),
+    Named(
+        "nearly-linear",
+        _LINEAR_FLAGS,
+        "hard",
+        turned(vertex((1, 1, 1), (1.25, 0.75, -2), FACE, _BENT)),
+        "The face turns by 2^-18, in skew coordinates.",
+    ),
+    Named(
+        "nearly-linear",
+        _LINEAR_FLAGS,
+        "hard",
+        edges(EDGE, CROSS, [(-2 - THIN, 0, 0), (2, THIN, 0)], [(0, -1, -2), (THIN, 1, -2)]),
+        "Both edges turn by 2^-20.",
     ),
 )

@@ -26,6 +26,7 @@ PAIRS = (
     *pairs_near.STARTS,
     *pairs_near.COORDINATES,
     *pairs_near.RESTING,
+    *pairs_near.LINEAR,
     *pairs_flat.SLIDING,
     *pairs_flat.STAYING,
     *pairs_flat.PARALLEL,

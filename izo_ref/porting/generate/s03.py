@@ -4,10 +4,18 @@ from __future__ import annotations
 
 import struct
 from collections import Counter
+from fractions import Fraction
 from typing import Any
 
 from izo_ref.porting.cases import VALID, Case
-from izo_ref.porting.generate import pairs_flat, pairs_frames, pairs_moving, pairs_near
+from izo_ref.porting.generate import (
+    pairs_early,
+    pairs_flat,
+    pairs_frames,
+    pairs_moving,
+    pairs_near,
+    pairs_rounded,
+)
 from izo_ref.porting.generate.pairs import Named
 from izo_ref.porting.generate.s02 import pair_inputs
 from izo_ref.porting.reference.closest import Frame, frame
@@ -32,6 +40,11 @@ PAIRS = (
     *pairs_flat.SLIDING,
     *pairs_flat.PARALLEL,
     *pairs_flat.DEGENERATE,
+    *pairs_early.FACES,
+    *pairs_early.EDGES,
+    *pairs_rounded.SIZES,
+    *pairs_rounded.ROUNDED,
+    *pairs_rounded.FAR,
 )
 # What the flags of stage S2 stand for here.
 FLAGS = {"many-roots": "frame-time", "stays-coplanar": "frame-time"}
@@ -49,8 +62,9 @@ def cases() -> list[Case]:
             continue
         numbers[named.word] += 1
         single = "f4" in named.dtypes
-        time = float32_below(found.time) if single else float(found.time)
-        result.append(_case(named, numbers[named.word], time))
+        time = found.time * Fraction(named.share)
+        toi = float32_below(time) if single else float(time)
+        result.append(_case(named, numbers[named.word], toi))
     return result
 
 
