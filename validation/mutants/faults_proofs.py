@@ -42,7 +42,7 @@ PROOFS = [
         "Where the cubic is nearly straight, its root is computed with a wrong sign.",
         (CASES, RANDOM),
         ELSEWHERE,
-        flag="linear-cubic",
+        flag="many-roots",
     ),
     Fault(
         "absolute-gap-tolerance",
@@ -112,7 +112,7 @@ PROOFS = [
         "MAX_STEPS = 8\n",
         "After eight proofs a pair counts as an impact at the time that was reached.",
         (RANDOM, QUERIES),
-        flag="beside-the-face",
+        flag="step-cap",
     ),
     Fault(
         "parallel-edges-by-their-ends",
@@ -131,7 +131,7 @@ PROOFS = [
         "        low, low_t1 = min(s2, s3) - max(0.0, s1), min(r2, r3) - min(0.0, r1)\n",
         "The first test of two edges along an axis takes the wrong end at t = 1.",
         (CASES, INTEGERS),
-        flag="missed-pairs",
+        flag="coplanar-motion",
     ),
     Fault(
         "diagonal-of-one-end",
@@ -140,7 +140,7 @@ PROOFS = [
         "                    a3[i] - a3[j],\n",
         "The test along a diagonal takes the position of the last node at the start.",
         (CASES, INTEGERS),
-        flag="missed-pairs",
+        flag="coplanar-motion",
     ),
     Fault(
         "sign-of-the-cubic-at-its-ends",

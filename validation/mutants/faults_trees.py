@@ -112,6 +112,8 @@ TREE = [
         "Boxes that only touch along the first axis do not meet.",
         (TREES,),
         flag="touching-boxes",
+        not_by_vectors="At the end of the path boxes are compared as before. Boxes that touch at "
+        "the start alone hold no pair that meets, because the start is free.",
     ),
     Fault(
         "boxes-rounded-each-their-way",

@@ -25,7 +25,7 @@ DETECTION = (
     ),
     Flag(
         "still-nodes",
-        ("S1", "S2"),
+        ("S1", "S2", "S12"),
         "A pair is skipped because one of its nodes or one of its elements does not move. Only a "
         "pair of which all four nodes rest can be skipped; an element at rest must still be found "
         "by a moving one.",
@@ -72,6 +72,15 @@ DETECTION = (
         "for their size.",
         "ARCSim 0.2.1: with absolute tolerances of 1e-6 it claims success, and intersects, if the "
         f"scene is scaled by 100. {CPU_SIMULATOR}",
+    ),
+    Flag(
+        "step-cap",
+        ("S2",),
+        "A proof, an advancement or a subdivision ends after a fixed small number of steps, and "
+        "what is not decided then counts as contact, or as apart.",
+        "Counted as apart, surfaces go through each other where they turn past each other closely. "
+        "Counted as contact, the step is held back for pairs that never meet.",
+        TYPICAL,
     ),
     Flag(
         "late-time",

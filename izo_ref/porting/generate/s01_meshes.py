@@ -99,6 +99,9 @@ def _touching() -> list[Row]:
         part([(-1, 0, 0), (1, 0, 0), (0, -3, -3)], ONE, 0, 0, 0),
         part([(0, -1, 1), (0, 1, 1), (0, 3, 3)], ONE, 0, 0, -1),
     )
+    high = joined(ends, part(shift(FLOOR, 0, 0, 48), ONE, 0, 0, 0))
+    low = Mesh(flipped(high.start), flipped(high.end), high.faces)
+    off = "As the first, {} the middle of the scene: rounded boxes may not shrink on this side."
     return [
         Row("touching", flags, "easy", ends, "A vertex ends on a face; their boxes only touch."),
         Row("touching", flags, "medium", cross, "Two edges end on each other: flat boxes touch."),
@@ -106,6 +109,8 @@ def _touching() -> list[Row]:
         Row(
             "touching", flags, "hard", far, "As the first, far away: rounded boxes may not shrink."
         ),
+        Row("touching", flags, "hard", high, off.format("below")),
+        Row("touching", flags, "hard", low, off.format("above")),
         Row("touching", flags, "easy", boxes, "Boxes touch, nothing meets: any list is right."),
     ]
 
@@ -157,4 +162,7 @@ def _many() -> list[Row]:
         mesh = joined(stack(n, distance), part(SPIKE, ONE, 0, 0, -1 - n * distance))
         what = f"One vertex meets {n} faces, more than a list of fixed length may hold."
         result.append(Row("many", flags, grade, mesh, what))
-    return result
+    tips = [part(shift(SPIKE, k / 256, k / 512, 0), ONE, 0, 0, -2) for k in range(48)]
+    crowd = joined(stack(45, 1 / 64), *tips)
+    what = "48 vertices go through 45 faces each: one block of queries has 2160 pairs."
+    return [*result, Row("many", flags, "hard", crowd, what)]

@@ -6,7 +6,7 @@ from collections import Counter
 from typing import Any
 
 from izo_ref.porting.cases import VALID, Case
-from izo_ref.porting.generate import pairs_flat, pairs_moving, pairs_near
+from izo_ref.porting.generate import pairs_flat, pairs_miss, pairs_moving, pairs_near
 from izo_ref.porting.generate.pairs import Named
 from izo_ref.porting.reference.contact import meeting
 
@@ -31,6 +31,7 @@ PAIRS = (
     *pairs_flat.STAYING,
     *pairs_flat.PARALLEL,
     *pairs_flat.DEGENERATE,
+    *pairs_miss.MISSES,
 )
 
 

@@ -15,6 +15,7 @@ from izo_ref.porting.generate import s12_scenes as scenes
 from izo_ref.porting.generate.scene_parts import SceneParts
 
 TUNNEL, QUEUE, MOTION = ("tunnel-swap",), ("queue-overflow",), ("pinned-motion",)
+STILL = (*MOTION, "still-nodes")
 NEAR, SAFE, HONEST = ("starts-in-contact",), ("fail-safe",), ("unhonest-status",)
 IN_LAYERS = ("cap-100", "mass-weighting")
 FALLS = ("unhonest-status", "mass-weighting")
@@ -73,11 +74,11 @@ def _pinned() -> list[Lot]:
         "sheet between them contradict each other. Positions without contact exist all the same."
     )
     return [
-        Lot("motion", MOTION, "easy", "A pinned face rises into the tip of a triangle at rest.",
+        Lot("motion", STILL, "easy", "A pinned face rises into the tip of a triangle at rest.",
             scenes.over_a_face(drop=0.0, pinned=1, rise=0.5), 0.0233),
-        Lot("motion", MOTION, "medium", "A pinned triangle pushes a sheet at rest upwards.",
+        Lot("motion", STILL, "medium", "A pinned triangle pushes a sheet at rest upwards.",
             scenes.pushed_sheet(0.5), 0.023),
-        Lot("motion", MOTION, "hard", "A pinned triangle moves through a sheet at rest fast, and "
+        Lot("motion", STILL, "hard", "A pinned triangle moves through a sheet at rest fast, and "
             "tilts meanwhile.", scenes.pushed_sheet(4.0, 0.125), 5.27),
         Lot("motion", (*MOTION, *SAFE), "medium", "Pinned plates leave a sheet little room, and "
             "the sheet is proposed to end far beyond one of them.",
