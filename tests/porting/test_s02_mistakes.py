@@ -16,6 +16,7 @@ from tests.helpers.frames import (
     pair_of,
     right_answer,
 )
+from tests.naive.closest import distance
 
 CASES = cases()
 
@@ -132,6 +133,19 @@ def takes_one_step_of_newton(pair, right, number):
     return {"meets": 1, "toi": t - value / slope if slope else t}
 
 
+def advances_eight_times(pair, right, number):
+    """Advance by distance over speed, and count what is not decided then as contact."""
+    start, end = np.array(pair.start), np.array(pair.end)
+    split, t = (2 if pair.is_edge_edge else 1), 0.0
+    moves = (end - start)[:split, None] - (end - start)[split:]
+    speed = np.sqrt((moves**2).sum(axis=2)).max()
+    for _ in range(8):
+        t += 0.9 * distance(pair.is_edge_edge, start, end, t) / speed if speed else 1.0
+        if t >= 1.0:
+            return right  # what is decided is right
+    return {"meets": 1, "toi": t}
+
+
 BOTH, DOUBLE = ("f8", "f4"), ("f8",)
 # Wrong ports, and the types of floats in which they fail at least three cases of the flag.
 WRONG = [
@@ -143,6 +157,7 @@ WRONG = [
     ("beside-the-face", looks_inside_faces_alone, DOUBLE),
     ("ends-of-step", clamps_the_time, DOUBLE),
     ("late-time", takes_one_step_of_newton, BOTH),
+    ("step-cap", advances_eight_times, BOTH),
 ]
 
 
