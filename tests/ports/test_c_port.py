@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from izo_ref.porting.cases import Case
-from izo_ref.porting.conform.report import SUSPECTS
 from izo_ref.porting.conform.run import Choice, Row, requests_of, run_program
-from izo_ref.porting.conform.suspects import suspects
+from izo_ref.porting.conform.suspects import shown_suspects
 from izo_ref.porting.files import load_cases
 from izo_ref.porting.judge.outcome import FAILED, PASSED
 from izo_ref.porting.stages import STAGE
@@ -99,7 +98,7 @@ def test_a_fault_is_caught_at_its_stage_and_named_by_its_flag(
     first = next((row for row in rows if row.outcome.result == FAILED), None)
     assert first is not None, "no case fails"
     assert first.request.case.stage == fault.stage, first
-    named = [item.flag for item in suspects(rows, fault.stage)[:SUSPECTS]]
+    named = [item.flag for item in shown_suspects(rows, fault.stage)]
     assert fault.flag in named
 
 

@@ -9,9 +9,8 @@ from typing import NamedTuple
 
 import pytest
 
-from izo_ref.porting.conform.report import SUSPECTS
 from izo_ref.porting.conform.run import Choice, Row, requests_of, run_program
-from izo_ref.porting.conform.suspects import suspects
+from izo_ref.porting.conform.suspects import shown_suspects
 from izo_ref.porting.files import load_cases
 from izo_ref.porting.judge.outcome import FAILED, PASSED
 
@@ -122,4 +121,4 @@ def test_a_fault_is_caught_at_its_stage_and_explained(fault, tmp_path):
     rows = rows_of(port, before, (fault.dtype,))
     first = next(row for row in rows if row.outcome.result == FAILED)
     assert first.request.case.stage == fault.stage
-    assert fault.flag in [item.flag for item in suspects(rows, fault.stage)[:SUSPECTS]]
+    assert fault.flag in [item.flag for item in shown_suspects(rows, fault.stage)]

@@ -25,7 +25,7 @@ from izo_ref.version import __version__
 
 COLUMNS = ("cases", "passed", "failed", "known", "not supported", "not run", "early times")
 WIDTH = 100  # of the text
-SUSPECTS = 3  # mistakes that are explained
+SUSPECTS = 3
 
 
 class Report(NamedTuple):

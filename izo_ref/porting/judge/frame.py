@@ -21,21 +21,21 @@ def judge_side(question: Question) -> list[Difference]:
     length_sq = dot(normal, normal)
     if not (1 - unit) ** 2 <= length_sq <= (1 + unit) ** 2:
         length = float(length_sq) ** 0.5 if length_sq < 10**300 else float("inf")
-        found.append(
-            question.difference(f"the normal has length {length!r}, expected 1", None, 1.0, length)
-        )
+        text = f"the normal has length {length!r}, expected 1"
+        difference = question.difference(text, None, 1.0, length)
+        found.append(difference._replace(quantity="the length of the normal"))
     inputs: Any = question.case.inputs
     start = vectors(inputs["start"])
     gap, tol = dot(normal, combined(weights, start)), tolerance(question)
     least = Fraction(number_at(question.expected["least_gap"], 0))
     if gap < least - tol:
-        text = f"the gap N . sum a x at t = 0 is {_float(gap)!r}, expected at least "
-        text += f"{float(least)!r}"
+        text = f"the gap at the start, N . sum a x: expected at least {float(least)!r}, got "
+        text += f"{_float(gap)!r}"
         if gap < 0:
             text += "; the normal points to the wrong side"
         found.append(
             question.difference(text, None, float(least), _float(gap))._replace(
-                tolerances=ratio(least - gap, tol)
+                tolerances=ratio(least - gap, tol), quantity="the gap at the start, at least"
             )
         )
     return found
@@ -55,8 +55,10 @@ def judge_weights(question: Question) -> list[Difference]:
     for name, side, one in (("first", weights[:n_first], 1), ("second", weights[n_first:], -1)):
         total = sum(side, Fraction(0))
         if abs(total - one) > small:
-            text = f"the weights of the {name} side sum to {_float(total)!r}, expected {one}"
-            found.append(question.difference(text, None, one, _float(total)))
+            quantity = f"the sum of the weights of the {name} side"
+            text = f"{quantity}: expected {one}, got {_float(total)!r}"
+            difference = question.difference(text, None, one, _float(total))
+            found.append(difference._replace(quantity=quantity))
     return found or _distance(question, weights)
 
 
@@ -70,12 +72,13 @@ def _distance(question: Question, weights: list[Fraction]) -> list[Difference]:
     if max(least - tol, Fraction(0)) ** 2 <= distance_sq <= (least + tol) ** 2:
         return []
     distance = float(distance_sq) ** 0.5
-    text = f"the two points are {distance!r} apart, expected {float(least)!r}"
+    quantity = "the distance of the two points"
+    text = f"{quantity}: expected {float(least)!r}, got {distance!r}"
     if distance_sq > least**2:
         text += "; they are not the closest points"
     return [
         question.difference(text, None, float(least), distance)._replace(
-            tolerances=ratio(abs(Fraction(distance) - least), tol)
+            tolerances=ratio(abs(Fraction(distance) - least), tol), quantity=quantity
         )
     ]
 

@@ -58,9 +58,10 @@ def _objective(question: Question) -> list[Difference]:
     if total == 0 or moved <= most * total:
         return []
     objective = ratio(moved, total)
-    text = f"the objective is {objective:.6g} m^2, expected at most {float(most):.6g} m^2; the "
+    text = f"the objective: expected at most {float(most):.6g} m^2, got {objective:.6g} m^2; the "
     text += "positions are farther from the proposed ones than they need be"
-    return [question.difference(text, None, float(most), objective)]
+    difference = question.difference(text, None, float(most), objective)
+    return [difference._replace(quantity="the objective, at most")]
 
 
 def _certificate(question: Question) -> list[Difference]:

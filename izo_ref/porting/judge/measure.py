@@ -10,6 +10,9 @@ from typing import Any
 from izo_ref.porting.judge.outcome import Difference, Question
 
 
+MOST_ULPS = 1e6  # more of them say nothing
+
+
 def number_at(numbers: Any, i: int) -> float:
     """Return entry i of a list, the only entry of a list, or a number that stands for all."""
     if not isinstance(numbers, Sequence):
@@ -61,7 +64,7 @@ def measured(question: Question, i: int, expected: float, error: Fraction, tol: 
     tolerances = ratio(error, tol)
     sentence = f"expected {expected!r}, got {got!r}: "
     sentence += f"{tolerances:.3g} times the tolerance" if tol else "no error is allowed here"
-    if ulps is not None:
+    if ulps is not None and ulps <= MOST_ULPS:
         sentence += f", {ulps:.3g} ulps"
     if error and expected and Fraction(got) == -Fraction(expected):
         sentence += "; the sign is wrong"

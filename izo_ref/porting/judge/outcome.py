@@ -10,6 +10,10 @@ from izo_ref.porting.reference.rounded import EPS
 
 PASSED, FAILED, NOT_SUPPORTED, NOT_RUN = "passed", "failed", "not supported", "not run"
 
+# Causes of a difference: a wrong number or decision, a reply of the wrong form (a missing output, a
+# wrong length, null), or what went wrong in the exchange. The first alone points at the method.
+WRONG, MALFORMED, INCIDENT = "wrong", "malformed", "incident"
+
 
 class Difference(NamedTuple):
     """One place in which a reply is not what the case asks for.
@@ -24,6 +28,10 @@ class Difference(NamedTuple):
         ulps: Error in units of the last place of the expected value in the port's type of floats;
             None if this has no meaning.
         tolerances: Error in multiples of the tolerance; None if this has no meaning.
+        cause: WRONG, MALFORMED or INCIDENT.
+        quantity: What the numbers are, if they are not the element itself, such as "the gap at
+            the start, at least"; empty otherwise.
+        error_output: The last lines that a port wrote to its error output, for an incident.
     """
 
     output: str
@@ -33,6 +41,9 @@ class Difference(NamedTuple):
     got: Any = None
     ulps: float | None = None
     tolerances: float | None = None
+    cause: str = WRONG
+    quantity: str = ""
+    error_output: str = ""
 
 
 class Outcome(NamedTuple):
@@ -88,10 +99,8 @@ class Question(NamedTuple):
 
     def needs(self, name: str) -> Difference:
         """Return the difference for another output that this one needs and that is unreadable."""
-        return self.difference(
-            f"{self.output} cannot be judged without {name}, which the reply does not have in a "
-            "readable form"
-        )
+        text = f"{self.output} cannot be judged without {name}, which the reply does not have in a "
+        return Difference(self.output, f"{text}readable form", cause=MALFORMED)
 
 
 def element_of(i: int, columns: int) -> tuple[int, ...]:

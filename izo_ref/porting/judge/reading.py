@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from izo_ref.porting.cases import Case
-from izo_ref.porting.judge.outcome import Difference, element_of
+from izo_ref.porting.judge.outcome import MALFORMED, Difference, element_of
 from izo_ref.porting.stages import FLAG, FLOAT, INTEGER, Field
 
 # What printf("%a") writes, with any first digit and in capitals or not.
@@ -114,12 +114,14 @@ def read_output(field: Field, value: Any) -> Reading:
         except Unreadable as error:
             advice = "; arrays are flat, row by row" if isinstance(item, list) else ""
             element = element_of(i, columns)
-            differences.append(Difference(field.name, f"{error}{advice}", element, got=shown(item)))
+            text, got = f"{error}{advice}", shown(item)
+            found = Difference(field.name, text, element, got=got, cause=MALFORMED)
+            differences.append(found)
     return Reading(None, tuple(differences)) if differences else Reading(values)
 
 
 def _wrong(field: Field, sentence: str) -> Reading:
-    return Reading(None, (Difference(field.name, sentence),))
+    return Reading(None, (Difference(field.name, sentence, cause=MALFORMED),))
 
 
 def known_length(case: Case, fields: Sequence[Field], field: Field) -> int | None:
@@ -164,5 +166,6 @@ def check_finite(field: Field, values: Sequence[Any], expected: Mapping[str, Any
         if not (same and not math.isfinite(target or 0.0)):
             at = element_of(i, columns_of(field))
             text = f"got {value!r} where a finite number is expected"
-            differences.append(Difference(field.name, text, at, target, value))
+            found = Difference(field.name, text, at, target, value, cause=MALFORMED)
+            differences.append(found)
     return Reading(None, tuple(differences)) if differences else Reading(values)

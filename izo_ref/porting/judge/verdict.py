@@ -15,6 +15,7 @@ from izo_ref.porting.judge.free_path import judge_free_path
 from izo_ref.porting.judge.kkt import judge_kkt
 from izo_ref.porting.judge.outcome import (
     FAILED,
+    MALFORMED,
     NOT_SUPPORTED,
     PASSED,
     Difference,
@@ -69,7 +70,7 @@ def judge(case: Case, reply: Mapping[str, Any], dtype: str) -> Outcome:
     outputs = reply.get("output", {})
     if not isinstance(outputs, Mapping):
         text = f"expected an object with the outputs, got {reading.shown(outputs)}"
-        return Outcome(FAILED, (Difference("output", text),))
+        return Outcome(FAILED, (Difference("output", text, cause=MALFORMED),))
     return _judge_outputs(case, outputs, dtype, status == REFUSED)
 
 
@@ -92,7 +93,8 @@ def _status_problem(case: Case, status: Any, message: Any) -> Difference | None:
     """Return what is wrong with a status, or None."""
     if not isinstance(status, str) or status not in (OK, REFUSED):
         text = f"expected status 'ok', 'refused' or 'unsupported', got {reading.shown(status)}"
-        return Difference(STATUS, text, (), None, reading.shown(status))
+        got = reading.shown(status)
+        return Difference(STATUS, text, (), None, got, cause=MALFORMED)
     wanted = statuses(case)
     if status in wanted:
         return None
@@ -110,7 +112,11 @@ def _judge_outputs(case: Case, outputs: Mapping[str, Any], dtype: str, refused: 
     fields = {field.name: field for field in STAGE[case.stage].outputs}
     unknown = [] if refused else [name for name in outputs if name not in fields]
     differences = [
-        Difference(name, f"{case.stage} has no such output; it has {', '.join(fields)}")
+        Difference(
+            name,
+            f"{case.stage} has no such output; it has {', '.join(fields)}",
+            cause=MALFORMED,
+        )
         for name in unknown
     ]
     if refused and case.verdict != INVALID:
@@ -153,7 +159,8 @@ def _judge_output(
     if field.name not in read:
         if may_be_left_out(case, field.name):
             return (), False
-        return (Difference(field.name, "the reply does not have this output"),), False
+        text = "the reply does not have this output"
+        return (Difference(field.name, text, cause=MALFORMED),), False
     values = replies.get(field.name)
     if values is None:
         return read[field.name].differences, False
