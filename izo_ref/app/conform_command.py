@@ -2,21 +2,31 @@
 
 import argparse
 import shlex
-import sys
 from pathlib import Path
 
-from izo_ref.app.files import check_outputs, replacing, save_json
+from izo_ref.app.files import replacing
+from izo_ref.app.standard_output import (
+    STANDARD_OUTPUT,
+    check_reports,
+    json_text,
+    save_report,
+    say,
+)
+from izo_ref.app.vectors_command import stage_name
 from izo_ref.base.errors import FileFormatError, OptionError
 from izo_ref.porting.cases import DTYPES, Case
+from izo_ref.porting.conform.divergence import report_record
 from izo_ref.porting.conform.folder import REPLIES, REQUESTS, judge_folder, write_requests
 from izo_ref.porting.conform.known import Compared, compare, known_text, read_known
 from izo_ref.porting.conform.page import page_text
-from izo_ref.porting.conform.report import Report, report_record, report_text
+from izo_ref.porting.conform.report import Report
 from izo_ref.porting.conform.run import Choice, Run, requests_of, run_program
-from izo_ref.porting.files import load_cases
+from izo_ref.porting.conform.terminal import report_text
+from izo_ref.porting.files import load_cases, vectors_folder
 from izo_ref.porting.stages import STAGE
 
 CONFORMS, DOES_NOT = 0, 1
+SECONDS = 10.0  # for one case, if nothing else is asked for
 
 TEXT = "check a port of the method stage by stage, and show the first wrong stage"
 EPILOG = (
@@ -50,10 +60,14 @@ def add_conform(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
     )
     _add_choice(command)
     _add_reports(command)
+    _add_limits(command)
+
+
+def _add_limits(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--seconds",
         type=_positive,
-        default=10.0,
+        default=SECONDS,
         metavar="S",
         help="how long the port may take for one case (default: %(default)g)",
     )
@@ -64,6 +78,11 @@ def add_conform(commands: "argparse._SubParsersAction[argparse.ArgumentParser]")
         help="largest address space of the port [GiB]; programs for GPUs reserve much more of it "
         "than they use (default: no limit)",
     )
+    command.add_argument(
+        "--show-errors",
+        action="store_true",
+        help="show what the port writes to its standard error while it runs",
+    )
 
 
 def _add_choice(command: argparse.ArgumentParser) -> None:
@@ -71,10 +90,10 @@ def _add_choice(command: argparse.ArgumentParser) -> None:
         "--stage",
         action="append",
         default=[],
-        type=str.upper,
+        type=stage_name,
         choices=tuple(STAGE),
         metavar="S7",
-        help="take the cases of this stage alone; may be given several times",
+        help="take the cases of this stage alone, such as S7, s7 or 7; may be given several times",
     )
     command.add_argument(
         "--dtype", choices=DTYPES, help="take this type of floats alone: float64 or float32"
@@ -96,13 +115,19 @@ def _add_reports(command: argparse.ArgumentParser) -> None:
         "--failures",
         metavar="FILE",
         help="known failures, lines of 'case-id dtype output  # comment': they do not count, but "
-        "one that passes now or fails otherwise does",
+        "one that passes now or fails otherwise does; entries of cases that are not judged in this "
+        "run say nothing",
     )
     command.add_argument(
         "--write-failures", metavar="FILE", help="write the failures of this run in that format"
     )
-    command.add_argument("--json", metavar="FILE", help="write the report as JSON")
-    command.add_argument("--html", metavar="FILE", help="write the report as one page")
+    command.add_argument(
+        "--json",
+        metavar="FILE",
+        help="write the report as JSON; - is the standard output, and the text then goes to the "
+        "standard error",
+    )
+    command.add_argument("--html", metavar="FILE", help="write the report as one page; or -")
 
 
 def _positive(word: str) -> float:
@@ -132,10 +157,11 @@ def conform(args: argparse.Namespace) -> int:
         VectorsError: The vectors are missing or damaged.
     """
     outputs = {"--json": args.json, "--html": args.html, "--write-failures": args.write_failures}
-    check_outputs({"--failures": args.failures, "--dump": args.dump}, outputs)
+    check_reports({"--failures": args.failures, "--dump": args.dump}, outputs)
     if args.dump is not None:
         return _judge_dump(args)
-    cases = load_cases(None if args.vectors is None else Path(args.vectors))
+    folder = vectors_folder() if args.vectors is None else Path(args.vectors)
+    cases = load_cases(folder)
     if args.self_test:
         return _self_test(cases, outputs)
     known = {}
@@ -145,15 +171,29 @@ def conform(args: argparse.Namespace) -> int:
     if run is None:
         return CONFORMS
     compared = compare(run.rows, known) if known else Compared(frozenset(), ())
-    report = Report(run, compared)
+    report = Report(run, compared, _again(args), args.vectors)
+    _save_reports(args, report)
+    text = f"vectors: {folder.resolve()}, {len(run.rows)} requests\n{report_text(report)}"
+    say(text, aside=STANDARD_OUTPUT in outputs.values())
+    return CONFORMS if report.is_right else DOES_NOT
+
+
+def _save_reports(args: argparse.Namespace, report: Report) -> None:
+    """Write the reports that are asked for."""
     if args.json:
-        save_json(args.json, report_record(report))
+        save_report(args.json, json_text(report_record(report)))
     if args.html:
-        _save_text(args.html, page_text(report))
+        save_report(args.html, page_text(report))
     if args.write_failures:
-        _save_text(args.write_failures, known_text(run.rows))
-    _say(report_text(report))
-    return CONFORMS if report.conforms else DOES_NOT
+        save_report(args.write_failures, known_text(report.run.rows))
+
+
+def _again(args: argparse.Namespace) -> tuple[str, ...]:
+    """Return the words that run the same port on the same vectors."""
+    words = ["--exec", args.exec] if args.exec is not None else ["--folder", args.folder]
+    words += ["--vectors", args.vectors] if args.vectors is not None else []
+    words += ["--seconds", f"{args.seconds:g}"] if args.seconds != SECONDS else []
+    return tuple(words + (["--gib", f"{args.gib:g}"] if args.gib is not None else []))
 
 
 def _judge_dump(args: argparse.Namespace) -> int:
@@ -174,8 +214,8 @@ def _judge_dump(args: argparse.Namespace) -> int:
         raise OptionError(f"{given[0]}: --dump judges no vectors, so it takes --json alone")
     report = judge_dump(args.dump)
     if args.json:
-        save_json(args.json, report.record())
-    _say(report.text())
+        save_report(args.json, json_text(report.record()))
+    say(report.text(), aside=args.json == STANDARD_OUTPUT)
     return CONFORMS if report.agrees else DOES_NOT
 
 
@@ -189,7 +229,9 @@ def _run(args: argparse.Namespace, cases: list[Case]) -> Run | None:
     if not requests:
         raise OptionError("--stage, --dtype and --case leave no case of the vectors")
     if args.exec is not None:
-        return run_program(_words(args.exec), requests, args.seconds, args.gib)
+        return run_program(
+            _words(args.exec), requests, args.seconds, args.gib, show_errors=args.show_errors
+        )
     folder = Path(args.folder)
     if (folder / REPLIES).exists():
         return judge_folder(folder, cases, choice)
@@ -199,7 +241,7 @@ def _run(args: argparse.Namespace, cases: list[Case]) -> Run | None:
         raise FileFormatError(f"{folder}: cannot be created: {error.strerror}") from None
     with replacing(folder / REQUESTS) as file:
         write_requests(file, requests)
-    _say(
+    say(
         f"{folder / REQUESTS}: {len(requests)} requests behind the greeting. Let the port write "
         f"one line for each to {folder / REPLIES}, then run this command again.\n"
     )
@@ -224,16 +266,5 @@ def _self_test(cases: list[Case], outputs: dict[str, str | None]) -> int:
     if given:
         raise OptionError(f"{given[0]}: --self-test writes no report")
     result = self_test(cases)
-    _say(result.text)
+    say(result.text)
     return DOES_NOT if result.problems else CONFORMS
-
-
-def _save_text(path: str, text: str) -> None:
-    with replacing(path) as file:
-        file.write(text.encode("utf-8", "backslashreplace"))
-
-
-def _say(text: str) -> None:
-    """Print text; what the terminal cannot show is written by its number."""
-    encoding = sys.stdout.encoding or "utf-8"
-    print(text.encode(encoding, "backslashreplace").decode(encoding), end="")

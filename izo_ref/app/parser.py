@@ -6,6 +6,7 @@ from typing import TypeAlias
 from izo_ref.app.cache import TASKS
 from izo_ref.app.conform_command import add_conform
 from izo_ref.app.flags import add_scene_flags
+from izo_ref.app.vectors_command import stage_name
 from izo_ref.base.options import CHOICES, Options
 from izo_ref.porting.cases import GRADES
 from izo_ref.porting.stages import STAGES
@@ -133,6 +134,7 @@ def _add_vectors(commands: Commands) -> None:
     stages = [stage.name for stage in STAGES]
     listing.add_argument(
         "--stage",
+        type=stage_name,
         choices=stages,
         metavar="STAGE",
         help=f"only those of one stage, {stages[0]} to {stages[-1]}",

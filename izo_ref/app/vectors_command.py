@@ -4,15 +4,28 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import re
 from pathlib import Path
 
 from izo_ref.base.errors import OptionError, VectorsError
 from izo_ref.porting.cases import Case
 from izo_ref.porting.files import load_case, load_cases, vectors_folder, wrong_files
 from izo_ref.porting.flags import FLAG
+from izo_ref.porting.stages import STAGE
 
 RIGHT, WRONG = 0, 1  # exit codes
+STAGE_WORD = re.compile(r"[sS]?(\d+)", re.ASCII)
 MAX_LISTED = 10  # differences that `verify` names; the others are counted
+
+
+def stage_name(word: str) -> str:
+    """Return the name of a stage for `S3`, `s3` or `3`; other words come back as they are.
+
+    Args:
+        word: The word.
+    """
+    match = STAGE_WORD.fullmatch(word)
+    return f"S{int(match[1])}" if match else word
 
 
 def list_cases(args: argparse.Namespace) -> int:
@@ -40,7 +53,8 @@ def list_cases(args: argparse.Namespace) -> int:
 def _line(case: Case, width: int) -> str:
     dtypes = "+".join(case.dtypes)
     flags = " ".join(case.flags)
-    return f"{case.id.ljust(width)}  {case.grade:<6}  {case.verdict:<10}  {dtypes:<5}  {flags}"
+    head = f"{case.id.ljust(width)}  {case.grade:<6}  {case.verdict:<10}  {dtypes:<5}  {flags}"
+    return f"{head}: {case.what}"
 
 
 def show_case(args: argparse.Namespace) -> int:
@@ -48,6 +62,12 @@ def show_case(args: argparse.Namespace) -> int:
     from izo_ref.porting.picture import case_picture
     from izo_ref.porting.show import ROWS, case_text
 
+    stage = stage_name(args.id)
+    if stage in STAGE:
+        raise OptionError(
+            f"expected the id of a case, found {args.id!r}; `izo vectors list --stage {stage}` "
+            "lists the cases of this stage"
+        )
     case = load_case(args.id, _folder(args))
     text = case_text(case, None if args.all else ROWS)
     if args.picture is not None:

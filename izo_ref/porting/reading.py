@@ -55,3 +55,30 @@ def _find(path: str, name: str) -> Lines:
 def method_page(stage: Stage) -> str:
     """Return the path of the page that explains a stage, from the root of the repository."""
     return f"docs/method/{stage.method}.md"
+
+
+def shown_lines(stage: Stage) -> str:
+    """Return file, lines and name of our own implementation, as they can be opened from here.
+
+    Args:
+        stage: The stage.
+    """
+    try:
+        return _from_here(str(lines_of(stage)))
+    except (OSError, LookupError):  # an installation without sources
+        return stage.source
+
+
+def shown_page(stage: Stage) -> str:
+    """Return the page that explains a stage, as it can be opened from here.
+
+    Args:
+        stage: The stage.
+    """
+    page = method_page(stage)
+    return _from_here(page) if (ROOT / page).is_file() else f"{page} of the repository"
+
+
+def _from_here(path: str) -> str:
+    """Return a path from the root as it is if the root is the current folder, else in full."""
+    return path if Path.cwd() == ROOT else f"{ROOT}/{path}"

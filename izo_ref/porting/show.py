@@ -9,7 +9,7 @@ from typing import Any
 from izo_ref.porting.cases import VERDICTS, Case, hexadecimal
 from izo_ref.porting.flags import FLAG
 from izo_ref.porting.parameters import JUDGES, STATUS
-from izo_ref.porting.reading import lines_of, method_page
+from izo_ref.porting.reading import shown_lines, shown_page
 from izo_ref.porting.reference.rounded import EPS
 from izo_ref.porting.stages import STAGE, Field
 
@@ -45,7 +45,7 @@ def case_text(case: Case, rows: int | None = ROWS) -> str:
     lines += ["", "expected"]
     for name, members in case.expected.items():
         lines += _expected_lines(name, fields.get(name), members, limits, rows)
-    lines += ["", "read", f"  {method_page(stage)}", f"  {lines_of(stage)}"]
+    lines += ["", "read", f"  {shown_page(stage)}", f"  {shown_lines(stage)}"]
     return "\n".join(lines)
 
 

@@ -36,7 +36,9 @@ def folder(tmp_path, monkeypatch):
 def test_list_prints_one_line_a_case(folder, capsys):
     assert run("list", "--folder", folder) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split() == ["S1-none-01", "easy", "valid", "f8+f4", "missed-pairs"]
+    head, _, what = lines[0].partition(": ")
+    assert head.split() == ["S1-none-01", "easy", "valid", "f8+f4", "missed-pairs"]
+    assert what == "It is made up."
     assert lines[-1] == "10 of 10 cases"
     assert len(lines) == 11
 
@@ -47,7 +49,8 @@ def test_list_prints_one_line_a_case(folder, capsys):
         (["--stage", "S2"], ["S2-face-01", "S2-edges-01"]),
         (["--flag", "over-strict"], ["S12-still-01", "S13-fine-01"]),
         (["--grade", "hard"], ["S3-face-01", "S3-edges-01"]),
-        (["--stage", "S13", "--grade", "medium"], ["S13-short-01"]),
+        (["--stage", "2"], ["S2-face-01", "S2-edges-01"]),
+        (["--stage", "s13", "--grade", "medium"], ["S13-short-01"]),
         (["--stage", "S4"], []),
     ],
 )
@@ -63,6 +66,8 @@ def test_an_unknown_flag_or_case_is_answered_with_near_ones(folder, capsys):
     assert "near ones are: zone-transitive" in capsys.readouterr().err
     assert run("show", "--folder", folder, "S2-fase-01") == 2
     assert "near ids are: S2-face-01" in capsys.readouterr().err
+    assert run("show", "--folder", folder, "s2") == 2
+    assert "`izo vectors list --stage S2` lists the cases" in capsys.readouterr().err
     assert run("list", "--folder", folder / "nowhere") == 2
     assert "expected a folder of vectors" in capsys.readouterr().err
     with pytest.raises(SystemExit):

@@ -122,7 +122,7 @@ def test_misbehaviour_is_reported_with_its_case_and_the_others_are_judged(port, 
     run = run_program(port(AT_BAD + code), REQUESTS, seconds=60.0)
     assert results(run) == [PASSED, FAILED, PASSED]
     assert only_incident(run).output == kind
-    assert said in only_incident(run).sentence
+    assert said in only_incident(run).sentence + only_incident(run).error_output
     assert only_incident(run).sentence.isprintable()
     assert (run.restarts, run.notes) == (1, ())
 
@@ -285,17 +285,25 @@ NO_MAX = "good['output']['multipliers'][0] -= 8.0"
 def test_the_command_prints_a_table_and_the_first_divergence(port, vectors, capsys):
     assert conform(vectors, "--exec", shell(port())) == 0
     said = capsys.readouterr().out
-    assert re.search(r"^S9 multiplier update +6 +3 +0 +0 +3 +0 +0$", said, re.M)
-    assert said.endswith("The port conforms.\n")
+    assert said.startswith(f"vectors: {vectors}, 8 requests\n")
+    assert re.search(r"^stage +requests  passed  failed  not supported$", said, re.M)
+    assert re.search(r"^S9 multiplier update +6 +3 +0 +3$", said, re.M)
+    assert "\nnot supported: S1\n" in said
+    assert said.endswith("is right: S9 (3 of 8 requests); 1 stage is not supported.\n")
     assert conform(vectors, "--exec", shell(port(AT_BAD + NO_MAX))) == 1
     said = capsys.readouterr().out
     assert "First divergence: S9 multiplier update, case S9-clamp-02, f8" in said
     assert "multipliers (0)" in said
-    assert "expected 4.0 (0x1p+2)" in said
-    flag = f"flag multipliers-not-clamped: {FLAG['multipliers-not-clamped'].mistake}"
-    assert flag in " ".join(said.split())
+    assert "expected 4.0, got -4.0" in said
+    assert "expected 4.0 (0x1p+2)" not in said  # the sentence says it
+    flag = FLAG["multipliers-not-clamped"]
+    words = " ".join(said.split())
+    assert "multipliers-not-clamped (1 of the 3 requests that catch it fail): " in words
+    assert f"{flag.mistake} harm {flag.harm}" in words
+    assert f"izo vectors show {BAD.id} --folder {vectors}\n" in said
+    assert f"--case {BAD.id} --dtype f8\n" in said
     assert "izo_ref/solvers/serial/lagrangian.py:" in said
-    assert said.endswith("The port does not conform: 1 case is wrong.\n")
+    assert said.endswith("The port does not conform: 1 request is wrong.\n")
 
 
 def test_reports_are_complete_and_what_the_port_wrote_is_escaped(port, vectors, tmp_path):

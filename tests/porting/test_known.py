@@ -5,8 +5,9 @@ import pytest
 from izo_ref.base.errors import FileFormatError
 from izo_ref.porting.conform.known import compare, known_text, read_known
 from izo_ref.porting.conform.protocol import Request
-from izo_ref.porting.conform.report import Report, report_text, stage_counts
+from izo_ref.porting.conform.report import Report, stage_counts, verdict_line
 from izo_ref.porting.conform.run import Row, Run
+from izo_ref.porting.conform.terminal import report_text
 from izo_ref.porting.judge.outcome import FAILED, NOT_SUPPORTED, PASSED, Difference, Outcome
 from tests.helpers import porting_cases as made
 
@@ -70,16 +71,18 @@ def test_an_output_of_two_that_does_not_fail_any_more_is_reported():
 def test_a_port_with_known_failures_alone_conforms():
     run = Run(None, (row("positions"), row(case=made.clamp())))
     report = Report(run, compare(run.rows, {KEY: {"positions"}}))
-    assert report.conforms
+    assert report.is_right
     assert stage_counts(report)["S11"]["known"] == 1
     assert stage_counts(report)["S11"]["failed"] == 0
-    assert "but for 1 known failure." in report_text(report)
-    assert not Report(run).conforms
+    assert "is right, but for 1 known failure: S9, S11 (2 of 2 requests)." in report_text(report)
+    assert not Report(run).is_right
 
 
 def test_a_known_failure_that_passes_now_makes_the_port_not_conform():
     run = Run(None, (row(),))
-    assert not Report(run, compare(run.rows, {KEY: {"positions"}})).conforms
+    report = Report(run, compare(run.rows, {KEY: {"positions"}}))
+    assert not report.is_right
+    assert verdict_line(report) == "The list of known failures is out of date."
 
 
 @pytest.mark.parametrize(

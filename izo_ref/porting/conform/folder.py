@@ -19,10 +19,10 @@ from izo_ref.porting.conform.protocol import (
     request_line,
     require_id,
 )
-from izo_ref.porting.conform.run import Choice, Row, Run, failed, is_supported
+from izo_ref.porting.conform.run import Choice, Row, Run, failed, is_supported, judged
 from izo_ref.porting.conform.text import clean
 from izo_ref.porting.judge.outcome import NOT_SUPPORTED, Outcome
-from izo_ref.porting.judge.verdict import UNSUPPORTED, judge
+from izo_ref.porting.judge.verdict import UNSUPPORTED
 
 REQUESTS, REPLIES = "requests.jsonl", "replies.jsonl"
 
@@ -56,9 +56,9 @@ def judge_folder(folder: Path, cases: Sequence[Case], choice: Choice) -> Run:
     replies = _Replies(lines[1:], requests)
     rows = []
     for i, request in enumerate(requests):
-        outcome = replies.outcome(i, is_supported(request, hello))
+        row = replies.row(i, is_supported(request, hello))
         if _is_chosen(request, choice):
-            rows.append(Row(request, outcome))
+            rows.append(row)
     notes = ()
     if replies.at < len(replies.lines):
         extra = len(replies.lines) - replies.at
@@ -128,28 +128,28 @@ class _Replies:
         self._requests = requests
         self._ids = {request.case.id for request in requests}
 
-    def outcome(self, i: int, supported: bool) -> Outcome:
+    def row(self, i: int, supported: bool) -> Row:
         """Judge the reply to request i."""
         request = self._requests[i]
         line = self.lines[self.at] if self.at < len(self.lines) else None
         if not supported:
             if line and line.reply.get("id") == request.case.id:
                 self.at += line.reply.get("status") == UNSUPPORTED
-            return Outcome(NOT_SUPPORTED)
+            return Row(request, Outcome(NOT_SUPPORTED))
         if line is None:
-            return failed(Incident(MISSING, "the replies end before this request"))
+            return Row(request, failed(Incident(MISSING, "the replies end before this request")))
         got = line.reply.get("id")
         if line.incident is None and got != request.case.id and got in self._later(i):
             text = f"there is no reply here; the next line answers {clean(got, 80)}"
-            return failed(Incident(MISSING, text))
+            return Row(request, failed(Incident(MISSING, text)))
         self.at += 1
         try:
             if line.incident is not None:
                 raise line.incident
             require_id(line.reply, request, self._ids)
         except Incident as incident:
-            return failed(incident)
-        return judge(request.case, line.reply, request.dtype)
+            return Row(request, failed(incident))
+        return judged(request, line.reply)
 
     def _later(self, i: int) -> Collection[Any]:
         return [request.case.id for request in self._requests[i + 1 :]]

@@ -24,9 +24,11 @@ class Incident(Exception):  # it is what a port did, not an error of this progra
         kind: One of KINDS; takes the place of the name of an output in reports.
         sentence: What happened, for a person.
         about_last: Whether the case before the one asked now is to blame.
+        error_output: The last lines that the port wrote to its error output.
     """
 
     def __init__(self, kind: str, sentence: str, about_last: bool = False) -> None:
         """Keep what happened."""
         super().__init__(sentence)
         self.kind, self.sentence, self.about_last = kind, sentence, about_last
+        self.error_output = ""

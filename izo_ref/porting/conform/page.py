@@ -6,20 +6,19 @@ from collections.abc import Iterable
 from html import escape
 from typing import Any
 
+from izo_ref.porting.conform.divergence import first_divergence
 from izo_ref.porting.conform.report import (
-    COLUMNS,
     Report,
-    first_divergence,
     row_record,
     stage_counts,
-    suspect_lines,
+    unsupported_stages,
     verdict_line,
 )
+from izo_ref.porting.conform.terminal import divergence_entries, shown_columns
 from izo_ref.porting.stages import STAGE
 from izo_ref.version import __version__
 
 SHOWN = 20  # differences of one case
-ALWAYS = ("cases", "passed", "failed")  # columns of the table
 
 STYLE = """
 :root { color-scheme: light dark; --line: #8884; --bad: #c0392b; --good: #1e8449; }
@@ -42,7 +41,8 @@ dd { margin: 0; overflow-wrap: anywhere; }
 code { font: .9em ui-monospace, monospace; overflow-wrap: anywhere; }
 details { border-bottom: 1px solid var(--line); padding: .4rem 0; }
 summary { cursor: pointer; overflow-wrap: anywhere; }
-li { overflow-wrap: anywhere; }
+li { overflow-wrap: anywhere; white-space: pre-line; }
+pre { overflow-x: auto; }
 @media (max-width: 40rem) {
   th, td { padding: .25rem .35rem; }
   th:first-child { min-width: 6.5rem; padding-left: 0; }
@@ -56,7 +56,7 @@ def page_text(report: Report) -> str:
     """Return the page. Every text that came from the port is escaped."""
     port = report.run.port
     name = f"{port.name} {port.version}" if port else "a port that did not introduce itself"
-    colour = "good" if report.conforms else "bad"
+    colour = "good" if report.is_right else "bad"
     parts = [
         "<!doctype html>",
         '<html lang="en"><head><meta charset="utf-8">',
@@ -86,21 +86,23 @@ def _table(report: Report) -> Iterable[str]:
     """Yield the table by stage."""
     table = stage_counts(report)
     # a phone has room for four columns: what is 0 everywhere is left out, except the results
-    columns = [
-        name for name in COLUMNS if name in ALWAYS or any(counts[name] for counts in table.values())
-    ]
-    head = "".join(f'<th scope="col">{name}</th>' for name in columns)
+    columns, absent = shown_columns(table), unsupported_stages(table)
+    head = "".join(f'<th scope="col">{name.replace("_", " ")}</th>' for name in columns)
     yield '<h2>By stage</h2><div class="scroll"><table><thead>'
     yield f'<tr><th scope="col">stage</th>{head}</tr></thead><tbody>'
     for name, counts in table.items():
+        if name in absent:
+            continue
         cells = "".join(_cell(column, counts[column]) for column in columns)
         title = escape(f"{name} {STAGE[name].title}")
         yield f'<tr><th scope="row">{title}</th>{cells}</tr>'
     yield "</tbody></table></div>"
+    if absent:
+        yield f"<p>Not supported: {', '.join(absent)}.</p>"
 
 
 def _cell(column: str, count: int) -> str:
-    bad = ' class="bad"' if count and column in ("failed", "not run") else ""
+    bad = ' class="bad"' if count and column in ("failed", "not_run") else ""
     return f"<td{bad}>{count}</td>"
 
 
@@ -111,19 +113,14 @@ def _divergence(report: Report) -> Iterable[str]:
         return
     title = f"First divergence: {first['stage']} {first['title']}"
     yield f"<h2>{escape(title)}</h2><dl>"
-    rows = [
-        ("case", f"{first['case']}, {first['dtype']}, {first['grade']}: {first['what']}"),
-        ("where", first["where"]),
-        ("wrong", first["sentence"]),
-        ("expected", first["expected"]),
-        ("got", first["got"]),
-        *((f"mistake {flag}", text) for flag, text in suspect_lines(first)),
-        ("formula", first["formula"]),
-        ("read", f"{first['reference']}, {first['method']}"),
-    ]
-    for name, text in rows:
-        if text is not None:
-            yield f"<dt>{escape(name)}</dt><dd>{escape(text or '-')}</dd>"
+    yield f"<dt>name</dt><dd>{escape(first['case'])}, {first['dtype']}, {first['grade']}</dd>"
+    for name, text in divergence_entries(first):
+        if text:
+            yield f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>"
+        if name == "wrong" and first["error_output"]:
+            yield f"<dt>error output</dt><dd><pre>{escape(first['error_output'])}</pre></dd>"
+    for command in first["next"]:
+        yield f"<dt>next</dt><dd><code>{escape(command)}</code></dd>"
     yield "</dl>"
 
 

@@ -20,13 +20,14 @@ from typing import IO, cast
 
 from izo_ref.base.errors import OptionError
 from izo_ref.porting.conform.incidents import CLOSED, CRASH, FLOOD, HANG, MEMORY, Incident
-from izo_ref.porting.conform.text import clean_bytes
+from izo_ref.porting.conform.text import clean_bytes, last_lines
 
 LONGEST_LINE = 16 << 20  # bytes; the longest reply of the vectors is far below 1 MB
-TAIL = 4096  # bytes of the error output that are kept
+TAIL = 8192  # bytes of the error output that are kept
 SLICE_S = 0.25  # how often it is checked whether a silent program has ended
 GRACE_S = 1.0  # for a program that closed its output to end
 BLOCK = 1 << 16
+READS = 64  # of what a program wrote before it ended; a flood has no end
 
 # How programs say that memory is short: C++, Rust, Python, C and numpy.
 NO_MEMORY = re.compile(
@@ -49,12 +50,15 @@ class Program:
     Args:
         words: The program and its arguments.
         gib: Largest address space [GiB], or None for no limit.
+        show_errors: Whether what it writes to its error output is written to ours.
 
     Raises:
         OptionError: There is no such program, or it cannot be started.
     """
 
-    def __init__(self, words: Sequence[str], gib: float | None = None) -> None:
+    def __init__(
+        self, words: Sequence[str], gib: float | None = None, show_errors: bool = False
+    ) -> None:
         """Start the program, in a process group of its own."""
         if shutil.which(words[0]) is None:
             raise OptionError(
@@ -62,7 +66,7 @@ class Program:
             )
         if gib is not None:
             words = [sys.executable, "-I", "-S", "-c", LIMIT, str(int(gib * 2**30)), *words]
-        self._gib = gib
+        self._gib, self._show_errors = gib, show_errors
         try:
             self._process = subprocess.Popen(
                 words,
@@ -77,7 +81,7 @@ class Program:
         pipes = self._process.stdin, self._process.stdout, self._process.stderr
         self._in, self._out, self._err = cast("tuple[IO[bytes], IO[bytes], IO[bytes]]", pipes)
         self._lines, self._tail = bytearray(), bytearray()
-        self._error_bytes = 0
+        self._error_bytes, self._is_cut = 0, False
         self._ended = False  # whether the end of its output was read
         self._selector = selectors.DefaultSelector()
         for pipe in (self._in, self._out, self._err):
@@ -113,12 +117,40 @@ class Program:
         finally:
             self._silence(self._in)
 
-    def unasked(self) -> bytes:
-        """Return what the program wrote without being asked, or nothing."""
-        for key, _ in self._selector.select(0):
-            if key.fileobj is not self._in:
+    def unasked(self, seconds: float = 0.0) -> bytes:
+        """Return what the program wrote without being asked, or nothing.
+
+        Args:
+            seconds: How long to wait for it.
+        """
+        deadline = time.monotonic() + seconds
+        while True:
+            left = max(deadline - time.monotonic(), 0.0)
+            for key, _ in self._selector.select(left):
                 self._read(key.fileobj)
-        return bytes(self._lines)
+            if self._lines or left == 0.0 or self._ended:
+                return bytes(self._lines)
+
+    def next_line(self, seconds: float) -> bytes | None:
+        """Return the next line that the program writes without being asked; None if there is none.
+
+        Args:
+            seconds: How long to wait for it.
+        """
+        deadline = time.monotonic() + seconds
+        while b"\n" not in self._lines and not self._ended and time.monotonic() < deadline:
+            for key, _ in self._selector.select(max(deadline - time.monotonic(), 0.0)):
+                self._read(key.fileobj)
+        end = self._lines.find(b"\n")
+        return None if end < 0 else self._take(end)
+
+    def error_output(self) -> str:
+        """Return the last lines that the program wrote to its error output."""
+        for _ in range(READS):
+            if not self._selector.select(0):
+                break
+            self.unasked()
+        return last_lines(bytes(self._tail), self._is_cut)
 
     def finish(self, seconds: float) -> bytes:
         """Close the program's input and wait until it ends.
@@ -191,7 +223,10 @@ class Program:
             self._lines += data
         else:
             self._error_bytes += len(data)
+            self._is_cut = self._is_cut or len(self._tail) + len(data) > TAIL
             self._tail = (self._tail + data)[-TAIL:]
+            if self._show_errors:
+                _pass_on(data)
 
     def _silence(self, pipe: object) -> None:
         with contextlib.suppress(KeyError, ValueError):
@@ -204,7 +239,7 @@ class Program:
             raise Incident(FLOOD, text)
         if self._error_bytes > LONGEST_LINE:
             text = f"the port wrote more than {LONGEST_LINE} bytes to its error output for one case"
-            raise Incident(FLOOD, text + self._said())
+            raise Incident(FLOOD, text)
         if self._ended or self._process.poll() is not None:
             self.unasked()
             if b"\n" not in self._lines:
@@ -221,17 +256,17 @@ class Program:
             text += f"; it wrote {clean_bytes(bytes(self._lines), 60)!r} and no end of the line"
         else:
             text += "; if the port writes, it must flush its output after each line"
-        return text + self._said()
+        return text
 
     def _end(self, when: str) -> Incident:
         """Return the incident of a program that ended, or that closed its output."""
         try:
             code = self._process.wait(GRACE_S)
         except subprocess.TimeoutExpired:
-            return Incident(CLOSED, f"the port closed its output and runs on{self._said()}")
+            return Incident(CLOSED, "the port closed its output and runs on")
         self.unasked()
         rest = f", in the middle of the line {clean_bytes(bytes(self._lines), 60)!r}"
-        rest = (rest if self._lines else "") + self._said()
+        rest = rest if self._lines else ""
         if code and NO_MEMORY.search(self._tail):
             limit = f" of {self._gib:g} GiB (--gib)" if self._gib else ""
             return Incident(MEMORY, f"the port ran out of memory{limit} {when}{rest}")
@@ -242,10 +277,11 @@ class Program:
             return Incident(CRASH, f"the port crashed {when}: {_signal_name(-code)}{rest}")
         return Incident(CRASH, f"the port ended with exit code {code} {when}{rest}")
 
-    def _said(self) -> str:
-        """Return the end of what the program wrote to its error output."""
-        tail = bytes(self._tail).strip()
-        return f"; its error output ends with {clean_bytes(tail[-300:])!r}" if tail else ""
+
+def _pass_on(data: bytes) -> None:
+    """Write what a program wrote to its error output to ours."""
+    sys.stderr.write(data.decode("utf-8", "backslashreplace"))
+    sys.stderr.flush()
 
 
 def _signal_name(number: int) -> str:

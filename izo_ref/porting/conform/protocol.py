@@ -13,6 +13,7 @@ from izo_ref.porting.stages import STAGE
 
 PROTOCOL = 1
 GREETING = {"hello": "izo-conform", "protocol": PROTOCOL, "vectors": "v1"}
+ALONE = "; standard output is for replies alone: print everything else to standard error"
 
 
 class Hello(NamedTuple):
@@ -66,9 +67,9 @@ def object_of(line: bytes) -> dict[str, Any]:
     except (ValueError, RecursionError) as error:
         reason = "it is not UTF-8" if isinstance(error, UnicodeDecodeError) else clean(error)
         text = f"expected one line of JSON, got {clean_bytes(line)!r} ({reason})"
-        raise Incident(GARBAGE, text) from None
+        raise Incident(GARBAGE, text + ALONE) from None
     if not isinstance(record, dict):
-        raise Incident(GARBAGE, f"expected a JSON object, got {clean_bytes(line)!r}")
+        raise Incident(GARBAGE, f"expected a JSON object, got {clean_bytes(line)!r}{ALONE}")
     return record
 
 
@@ -122,7 +123,14 @@ def require_id(reply: Mapping[str, Any], request: Request, others: Collection[st
     raise Incident(WRONG_ID, f"the reply must have the id {request.case.id!r}, got {shown}")
 
 
-def late_line(line: bytes) -> Incident:
-    """Return the incident of a line that nobody asked for."""
-    text = f"the port wrote another line after its reply: {clean_bytes(line, 100)!r}"
-    return Incident(SEVERAL, text, about_last=True)
+def late_line(line: bytes, what: str = "its reply", about_last: bool = True) -> Incident:
+    """Return the incident of a line that nobody asked for.
+
+    Args:
+        line: What the port wrote.
+        what: Behind what it wrote this.
+        about_last: Whether the case before the one asked now is to blame.
+    """
+    first = line.partition(b"\n")[0]
+    text = f"the port wrote another line after {what}: {clean_bytes(first, 100)!r}{ALONE}"
+    return Incident(SEVERAL, text, about_last)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from izo_ref.porting.cases import DTYPES, Case
-from izo_ref.porting.conform.incidents import Incident
+from izo_ref.porting.conform.incidents import MISSING, Incident
 from izo_ref.porting.conform.protocol import Hello, Request
 from izo_ref.porting.conform.session import Session
 from izo_ref.porting.judge.outcome import (
     FAILED,
+    INCIDENT,
     NOT_RUN,
     NOT_SUPPORTED,
+    PASSED,
     Difference,
     Outcome,
 )
@@ -21,6 +23,8 @@ from izo_ref.porting.judge.verdict import judge
 from izo_ref.porting.stages import STAGE
 
 RESTARTS = 20
+ALIKE = 3  # incidents of one kind in a row, after which the rest is not asked
+BEGINNING = 40  # characters of a sentence by which incidents are of one kind
 
 
 class Choice(NamedTuple):
@@ -44,11 +48,13 @@ class Row(NamedTuple):
         request: The case and the type of floats.
         outcome: The outcome.
         seconds: How long the port took.
+        reply: The reply, if it is wrong.
     """
 
     request: Request
     outcome: Outcome
     seconds: float = 0.0
+    reply: Mapping[str, Any] | None = None
 
 
 class Run(NamedTuple):
@@ -91,7 +97,22 @@ def is_supported(request: Request, hello: Hello) -> bool:
 
 def failed(incident: Incident) -> Outcome:
     """Return the outcome of a case that an incident ended."""
-    return Outcome(FAILED, (Difference(incident.kind, incident.sentence),))
+    difference = Difference(incident.kind, incident.sentence, cause=INCIDENT)
+    return Outcome(FAILED, (difference._replace(error_output=incident.error_output),))
+
+
+def judged(request: Request, reply: Mapping[str, Any], seconds: float = 0.0) -> Row:
+    """Judge a reply, and return the row of its request."""
+    outcome = judge(request.case, reply, request.dtype)
+    return Row(request, outcome, seconds, reply if outcome.result == FAILED else None)
+
+
+def note_of(incident: Incident, where: str = "") -> str:
+    """Return the note about an incident that belongs to no case, with the error output below it."""
+    lines = [f"{where}{incident.kind}: {incident.sentence}"]
+    if incident.error_output:
+        lines.append("the last lines of its error output:")
+    return "\n  ".join([*lines, *incident.error_output.splitlines()])
 
 
 def run_program(
@@ -100,6 +121,7 @@ def run_program(
     seconds: float = 10.0,
     gib: float | None = None,
     restarts: int = RESTARTS,
+    show_errors: bool = False,
 ) -> Run:
     """Run a port over requests.
 
@@ -109,6 +131,7 @@ def run_program(
         seconds: How long one answer may take.
         gib: Largest address space of the program [GiB], or None.
         restarts: How often the program may be started again after an incident.
+        show_errors: Whether what it writes to its error output is written to ours.
 
     Returns:
         The run, which has a row for each request.
@@ -116,7 +139,7 @@ def run_program(
     Raises:
         OptionError: The program cannot be started.
     """
-    runner = _Runner(words, requests, seconds, gib)
+    runner = _Runner(requests, words, seconds, gib, show_errors)
     for attempt in range(restarts + 1):
         runner.go_on()
         if runner.is_done:
@@ -128,10 +151,8 @@ def run_program(
 class _Runner:
     """A run that goes on after incidents; what it has so far."""
 
-    def __init__(
-        self, words: Sequence[str], requests: Sequence[Request], seconds: float, gib: float | None
-    ) -> None:
-        self._start = words, seconds, gib
+    def __init__(self, requests: Sequence[Request], *start: Any) -> None:
+        self._start = start
         self._requests = requests
         self._ids = {request.case.id for request in requests}
         self._port: Hello | None = None
@@ -150,10 +171,16 @@ class _Runner:
             if incident.about_last and self._last_asked is not None:
                 self._blame(self._last_asked, incident)
             elif len(self._outcomes) == len(self._requests):
-                self._notes.append(f"{incident.kind}: {incident.sentence}")
+                self._notes.append(note_of(incident))
             else:
-                self._notes.append(f"the first exchange, {incident.kind}: {incident.sentence}")
+                self._notes.append(note_of(incident, "the first exchange, "))
                 self.is_done = self._port is None  # nothing is known about this program
+                if len(self._notes) >= ALIKE and len({*self._notes[-ALIKE:]}) == 1:
+                    self._notes[-ALIKE + 1 :] = []
+                    self.give_up(f"the first exchange failed {ALIKE} times in a row")
+        kind = self._repeated()
+        if kind and len(self._outcomes) < len(self._requests):
+            self.give_up(f"stopped after {ALIKE} incidents of the same kind in a row: {kind}")
         if self._port is not None and len(self._outcomes) == len(self._requests):
             self.is_done = True
 
@@ -174,8 +201,8 @@ class _Runner:
                 self._outcomes.append(Row(request, outcome, time.perf_counter() - begin))
                 return
             self._last_asked = len(self._outcomes)
-            outcome = judge(request.case, reply, request.dtype)
-            self._outcomes.append(Row(request, outcome, time.perf_counter() - begin))
+            self._outcomes.append(judged(request, reply, time.perf_counter() - begin))
+            session.look_for_surplus()
         session.finish()
 
     def _blame(self, i: int, incident: Incident) -> None:
@@ -183,17 +210,37 @@ class _Runner:
         row = self._outcomes[i]
         differences = failed(incident).differences
         if row.outcome.result == FAILED:
-            differences = row.outcome.differences + differences
+            differences += row.outcome.differences
         self._outcomes[i] = row._replace(outcome=Outcome(FAILED, differences))
         self._last_asked = None
 
+    def _repeated(self) -> str:
+        """Return the kind of incident of the last cases that were asked, if it is one."""
+        asked = [row for row in self._outcomes if row.outcome.result in (PASSED, FAILED)]
+        kinds = {_incident_of(row) for row in asked[-ALIKE:]}
+        (kind,) = kinds if len(asked) >= ALIKE and len(kinds) == 1 else [("", "")]
+        return kind[0]
+
     def give_up(self, reason: str) -> None:
         """Mark the requests that are left as not run."""
+        self._notes.append(reason)
         for request in self._requests[len(self._outcomes) :]:
-            outcome = Outcome(NOT_RUN, (Difference("no-reply", f"not asked: {reason}"),))
+            difference = Difference(MISSING, f"not asked: {reason}", cause=INCIDENT)
+            outcome = Outcome(NOT_RUN, (difference,))
+            if self._port is not None and not is_supported(request, self._port):
+                outcome = Outcome(NOT_SUPPORTED)
             self._outcomes.append(Row(request, outcome))
 
     def result(self, restarts: int) -> Run:
         """Return the run."""
         rows = self._outcomes if self._port is not None else ()
         return Run(self._port, tuple(rows), tuple(self._notes), restarts)
+
+
+def _incident_of(row: Row) -> tuple[str, str]:
+    """Return the kind of the last incident of a row, and how its sentence begins."""
+    for difference in reversed(row.outcome.differences):
+        if difference.cause == INCIDENT:
+            sentence = difference.sentence.replace(row.request.case.id, "")
+            return difference.output, sentence[:BEGINNING]
+    return "", ""

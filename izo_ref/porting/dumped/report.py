@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from izo_ref.porting.conform.report import where_to_read
-from izo_ref.porting.reading import method_page
+from izo_ref.porting.reading import shown_lines, shown_page
 from izo_ref.porting.stages import STAGE, Stage
 
 
@@ -110,8 +109,8 @@ class DumpReport(NamedTuple):
 def _read(stage: Stage) -> dict[str, str]:
     return {
         "formula": stage.formula,
-        "reference": where_to_read(stage),
-        "method": method_page(stage),
+        "reference": shown_lines(stage),
+        "method": shown_page(stage),
     }
 
 
@@ -149,7 +148,7 @@ def _difference(finding: Finding) -> list[str]:
         ("got", problem.got),
         ("judged on", finding.given),
         ("formula", stage.formula),
-        ("read", f"{where_to_read(stage)}, {method_page(stage)}"),
+        ("read", f"{shown_lines(stage)}, {shown_page(stage)}"),
     ]
     lines = [f"First difference: {stage.name} {stage.title}"]
     lines += [f"  {name:<9}  {text}" for name, text in rows if text]

@@ -9,7 +9,6 @@ from typing import Any
 
 from izo_ref.porting.judge.outcome import Difference, Question
 
-
 MOST_ULPS = 1e6  # more of them say nothing
 
 
