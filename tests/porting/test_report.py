@@ -49,6 +49,13 @@ def scaled(values):
     return [2.0 * value for value in values]
 
 
+def first_of(rows):
+    """Return the first divergence of rows."""
+    first = first_divergence(Report(run_of(*rows)))
+    assert first is not None
+    return first
+
+
 def crashed(case):
     """Return a row that crashed."""
     return Row(Request(case, "f8"), failed(Incident("crash", "the port crashed")))
@@ -73,13 +80,13 @@ def test_no_mistake_is_named_for_a_reply_of_the_wrong_form(form):
     assert {difference.cause for difference in bad.outcome.differences} == {MALFORMED}
     rows = [bad, row(CASES[1])]
     assert suspects(rows, "S9") == []
-    first = first_divergence(Report(run_of(*rows)))
+    first = first_of(rows)
     assert (first["suspects"], first["hints"], first["cause"]) == ([], [], "malformed")
 
 
 def test_no_mistake_is_named_for_a_crash_and_crashes_do_not_count():
     rows = [crashed(CASES[0]), row(CASES[1], scaled), row(CASES[2])]
-    assert first_divergence(Report(run_of(*rows)))["suspects"] == []
+    assert first_of(rows)["suspects"] == []
     ((flag, n_failed, n_judged, _),) = suspects(rows, "S9")
     assert (flag, n_failed, n_judged) == ("multipliers-not-clamped", 1, 2)
 
