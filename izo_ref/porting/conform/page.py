@@ -15,6 +15,7 @@ from izo_ref.porting.conform.report import (
     verdict_line,
 )
 from izo_ref.porting.conform.terminal import divergence_entries, shown_columns
+from izo_ref.porting.judge.outcome import FAILED
 from izo_ref.porting.stages import STAGE
 from izo_ref.version import __version__
 
@@ -125,12 +126,15 @@ def _divergence(report: Report) -> Iterable[str]:
 
 
 def _failures(report: Report) -> Iterable[str]:
-    """Yield every case that failed or was not asked, to be opened."""
-    rows = [row_record(report, row) for row in report.run.rows if row.outcome.differences]
+    """Yield every request that failed, to be opened; those that were not asked are counted."""
+    rows = [row for row in report.run.rows if row.outcome.differences]
+    failed = [row_record(report, row) for row in rows if row.outcome.result == FAILED]
     if not rows:
         return
-    yield f"<h2>All {len(rows)} failures</h2>"
-    yield from (_failure(row) for row in rows)
+    yield f"<h2>All {len(failed)} failures</h2>"
+    yield from (_failure(row) for row in failed)
+    if len(failed) < len(rows):
+        yield f"<p>Not run: {len(rows) - len(failed)} requests.</p>"
 
 
 def _failure(row: dict[str, Any]) -> str:
