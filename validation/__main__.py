@@ -162,15 +162,24 @@ def _house(args: Namespace) -> int:
 
 def _mutants_by_vectors(args: Namespace) -> int:
     from validation.mutants.vectors import run_vectors
+    from validation.report import vectors
 
-    try:
-        rows = run_vectors(args.faults or None, args.rows)
-    except ValueError as error:  # an unknown name, or one that no vector can notice
-        print(f"validation: {error}", file=sys.stderr)
-        return BAD_INPUT
-    caught = sum(row["caught"] for row in rows)
-    print(f"the vectors notice {caught} of {len(rows)} faults")
-    return PASSED if caught == len(rows) else FAILED
+    passed = True
+    if not args.pages_only:
+        made = made_by(f"{PROGRAM} mutants --vectors")
+        try:
+            rows = run_vectors(args.faults or None, args.rows)
+        except ValueError as error:  # an unknown name, or one that no vector can notice
+            print(f"validation: {error}", file=sys.stderr)
+            return BAD_INPUT
+        caught = sum(row["caught"] for row in rows)
+        passed = caught == len(rows)
+        print(f"the vectors notice {caught} of {len(rows)} faults")
+        if args.faults:
+            return PASSED if passed else FAILED
+        json_rows.save(args.output / vectors.FILE, made, rows)
+    print(vectors.page(args.output, args.output))
+    return PASSED if passed else FAILED
 
 
 def _readme(args: Namespace) -> int:
@@ -275,7 +284,7 @@ def _parser() -> argparse.ArgumentParser:
     sub = _add(commands, "mutants", _mutants, help_)
     sub.add_argument("faults", nargs="*", metavar="FAULT", help="names of faults; default: all")
     sub.add_argument("--rows", type=Path, metavar="F", help="write the rows so far to a JSON file")
-    help_ = "run the vectors on our own port instead of the tests; writes no page"
+    help_ = "run the vectors on our own port instead of the tests: vectors.md"
     sub.add_argument("--vectors", action="store_true", help=help_)
     _add_report(sub)
     _add_studies(commands)
