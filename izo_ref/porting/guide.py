@@ -23,7 +23,8 @@ def stage_table(stage: Stage) -> str:
     lines = [
         f"`{stage.formula}`",
         "",
-        f"In the code: {{source}}`{stage.source}`. Method: {{doc}}`method/{stage.method}`.",
+        f"In the code: {{source}}`{stage.source}`. Method: {{doc}}`method/{stage.method}`. "
+        f"Vectors: `izo vectors list --stage {stage.name}`.",
         "",
         "| | name | shape | kind | meaning |",
         "|---|---|---|---|---|",
