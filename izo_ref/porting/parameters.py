@@ -98,11 +98,12 @@ JUDGES = {
         ("S11.multipliers",),
     ),
     "free-path": Judge(
-        "pinned vertices are where they were proposed; if the reply says that the path is free, "
-        "it is certified free, and sum m |x - y|^2 / sum m <= objective_at_most, if that is stated",
+        "if the reply says that the path is free, pinned vertices are where they were proposed, "
+        "the path is certified free, and objective_at_least <= sum m |x - y|^2 / sum m <= "
+        "objective_at_most, where these are stated",
         {},
         "f",
-        {"objective_at_most": NUMBER},
+        {"objective_at_most": NUMBER, "objective_at_least": NUMBER},
         ("S12.positions",),
     ),
 }

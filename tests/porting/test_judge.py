@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from izo_ref.porting.cases import ACCEPTABLE
 from izo_ref.porting.conform.protocol import object_of
 from izo_ref.porting.judge.outcome import FAILED, NOT_SUPPORTED, PASSED, place
 from izo_ref.porting.judge.reading import HEX_FLOAT
@@ -338,9 +339,36 @@ def test_pinned_vertices_are_judged_bit_for_bit():
     assert ask(made.step(), free=1, positions=step_ends(0.125, -0.0)).result == PASSED
 
 
-def test_a_path_that_is_not_said_to_be_free_is_not_certified():
-    outcome = ask(made.step(), free=0, positions=step_ends(-1.0))
-    assert [item.output for item in outcome.differences] == ["free"]
+def test_a_path_that_is_not_said_to_be_free_is_asked_nothing_else():
+    for x in (0.0, 1e-300):  # the second one moves a pinned vertex
+        outcome = ask(made.step(), free=0, positions=step_ends(-1.0, x))
+        assert [item.output for item in outcome.differences] == ["free"]
+
+
+def test_a_reply_has_to_say_whether_its_path_is_free():
+    case = made.step()
+    case = case._replace(expected={"positions": case.expected["positions"]}, verdict=ACCEPTABLE)
+    assert ask(case, free=0, positions=step_ends(-1.0)).result == PASSED
+    assert ask(case, positions=step_ends(-1.0)).result == FAILED
+    assert ask(case, free=2, positions=step_ends(-1.0)).result == FAILED
+
+
+def test_end_positions_are_rounded_as_the_port_holds_them():
+    """A port may print nine digits of a float32, which is another float64."""
+    inputs = {**made.SHEET, "masses": [1.0] * 4, "pinned": [0] * 4, "thickness": 0.125}
+    inputs["positions_t1"] = [*inputs["positions_t0"][:11], 0.100000001490116]
+    expected = {**made.step().expected["positions"], "objective_at_most": 0.0}
+    case = made.step()._replace(inputs=inputs)
+    case = case._replace(expected={**case.expected, "positions": expected})
+    assert ask(case, "f4", free=1, positions=step_ends(0.1)).result == PASSED
+    assert "farther" in only(ask(case, free=1, positions=step_ends(0.1))).sentence
+
+
+def test_positions_that_ignore_the_thickness_fail():
+    case = made.step()
+    case.expected["positions"]["objective_at_least"] = 1.25
+    assert ask(case, free=1, positions=step_ends(0.125)).result == PASSED
+    assert "nearer" in only(ask(case, free=1, positions=step_ends(2.0**-10))).sentence
 
 
 RUBBISH = [

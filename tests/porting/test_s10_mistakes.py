@@ -4,8 +4,8 @@ import pytest
 
 from izo_ref.porting.generate import s10
 from izo_ref.porting.reference import directions, line_search, searches, steps
-from izo_ref.porting.reference.rounded import Rounded
-from izo_ref.porting.reference.tracked import Tape
+from izo_ref.porting.reference.rounded import Rounded, clamped, largest
+from izo_ref.porting.reference.tracked import Tape, norm
 from izo_ref.porting.reference.zone import dot, updated
 from tests.helpers.zone_vectors import passes
 
@@ -256,3 +256,52 @@ MISTAKES = (
 def test_a_wrong_loop_fails(monkeypatch, flag, mistake):
     mistake(monkeypatch)
     assert caught(flag)
+
+
+def change_compared_with_l_alone(monkeypatch):
+    """Compare the decrease of L with |L|, however small it is."""
+    monkeypatch.setattr(steps, "ONE", Rounded.of(0.0))
+
+
+def largest_entry_for_length(monkeypatch):
+    monkeypatch.setattr(steps, "norm", lambda v: largest(abs(a) for a in v))
+
+
+def uphill_without_momentum(monkeypatch):
+    """Ask whether L rises along the step before the acceleration."""
+
+    def choose_direction(zone, inputs, state):
+        before = state.before
+        if state.moved:
+            state.before = [x - s for x, s in zip(state.x, state.moved, strict=True)]
+        line = original(zone, inputs, state)
+        state.before = before
+        return line
+
+    original = steps.choose_direction
+    monkeypatch.setattr(steps, "choose_direction", choose_direction)
+
+
+def residual_in_its_own_norm(monkeypatch):
+    monkeypatch.setattr(directions, "_residual", lambda r, w: norm(r))
+
+
+def shift_of_violations_alone(monkeypatch):
+    """Take max(c, 0) for the change of l / mu."""
+    monkeypatch.setattr(steps, "smaller", lambda a, b: clamped(-a))
+
+
+ONLY_THERE = (
+    ("S10-arcsim-09", change_compared_with_l_alone),
+    ("S10-arcsim-10", largest_entry_for_length),
+    ("S10-chebyshev-05", uphill_without_momentum),
+    ("S10-newton-07", residual_in_its_own_norm),
+    ("S10-gradient-06", shift_of_violations_alone),
+)
+
+
+@pytest.mark.parametrize(("name", "mistake"), ONLY_THERE)
+def test_a_wrong_detail_fails_at_the_case_that_is_about_it(monkeypatch, name, mistake):
+    (case,) = (case for case in CASES if case.id == name)
+    mistake(monkeypatch)
+    assert not passes(case, reply_of(case), "f8")

@@ -16,6 +16,20 @@ from validation.oracles.slsqp import solve_scaled
 VIOLATION = 1e-6  # of the thickness
 
 
+def with_unpinned(inputs: dict[str, Any]) -> dict[str, Any]:
+    """Return a zone without the impacts whose vertices are all pinned: their rows are zero."""
+    nodes, pinned = inputs["nodes"], inputs["pinned"]
+    kept = [
+        j for j in range(len(nodes) // 4) if not all(pinned[v] for v in nodes[4 * j : 4 * j + 4])
+    ]
+    columns = {"nodes": 4, "weights": 4, "normals": 3}
+    parts = {
+        name: [x for j in kept for x in inputs[name][n * j : n * j + n]]
+        for name, n in columns.items()
+    }
+    return {**inputs, **parts}
+
+
 def answer(inputs: dict[str, Any], dtype: str) -> dict[str, Any]:
     """Return the optimum of a zone as SLSQP finds it."""
     if dtype != "f8":
@@ -23,7 +37,10 @@ def answer(inputs: dict[str, Any], dtype: str) -> dict[str, Any]:
     problem = problem_of(inputs)
     if (problem.gaps(problem.proposed) >= 0.0).all():
         return {"feasible": 1, "positions": list(inputs["proposed"])}
-    found = solve_scaled(problem)
+    movable = with_unpinned(inputs)
+    if not movable["nodes"]:
+        return {"feasible": 0}
+    found = solve_scaled(problem_of(movable))
     positions = problem.proposed + found.displacements
     if problem.gaps(positions).min() < -VIOLATION * problem.thickness:
         return {"feasible": 0}

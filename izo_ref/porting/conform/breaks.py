@@ -207,7 +207,9 @@ def _break_kkt(question: Question, field: Field) -> Values:
 def _break_free_path(question: Question, field: Field) -> Values:
     inputs: Any = question.case.inputs
     values, proposed = list(question.got), list(inputs["positions_t1"])
-    if values != proposed and question.replies.get("free") == 1:
+    if not question.replies.get("free"):
+        return
+    if values != proposed:
         yield "proposed path, said to be free", proposed
     for i, pinned in enumerate(inputs["pinned"]):
         if pinned:

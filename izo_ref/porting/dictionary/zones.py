@@ -102,7 +102,7 @@ ZONES = (
 PROBLEM = (
     Flag(
         "node-order",
-        ("S6", "S7"),
+        ("S6", "S7", "S11"),
         "The weights of an impact are combined with positions in another order than that of its "
         "nodes, often after the nodes were sorted, deduplicated or renumbered inside the zone.",
         "Constraint values look plausible and are wrong; the gradient pushes the wrong vertices.",

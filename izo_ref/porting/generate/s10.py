@@ -124,3 +124,9 @@ def _add_arcsim_endings(found: CaseList) -> None:
     add(found, "arcsim", INNER, "hard", what, 9, zone(3, 2, 8), ARCSIM)
     what = "The fourth inner solve finds a gradient below eps_g and takes no step: the method ends."
     add(found, "arcsim", f"{INNER} {ORDER}", "hard", what, 20, plain_zone(), ARCSIM)
+    short = {**ARCSIM, "penalty": 16.0, "eps_f": 2.0**-4}
+    what = "Inner solves end because L, which is below 1, decreases by at most eps_f."
+    add(found, "arcsim", INNER, "hard", what, 8, zone(1, 3, 7, masses=MASSES), short)
+    what = "The lengths of steps and of gradients decide, and not their largest entries."
+    rough = {**ARCSIM, "penalty": 64.0, "eps_f": 2.0**-40, "eps_x": 2.0**-6, "eps_g": 2.0**-3}
+    add(found, "arcsim", INNER, "hard", what, 8, zone(3, 3, 7, masses=MASSES), rough)

@@ -56,6 +56,9 @@ def _add_gradient(found: CaseList) -> None:
     parameters = method("gradient", penalty=8.0, begin="last", first_step=0.5, armijo=0.5)
     flags = f"{ARMIJO} {KINK} {ORDER}"
     add(found, word, flags, "hard", what, 10, THREE, parameters)
+    what = "An impact has left contact and keeps its multiplier: the shift counts l / mu there."
+    parameters = method("gradient", search="exact", every_step=0)
+    add(found, word, INNER, "hard", what, 8, zone(5, 5, 9, masses=MASSES), parameters)
 
 
 def _add_jacobi(found: CaseList) -> None:
@@ -87,6 +90,9 @@ def _add_chebyshev(found: CaseList) -> None:
     what = "Inner solves and uphill steps both restart the acceleration; the multipliers wait."
     parameters = method("chebyshev", delay=1, rho=0.5, every_step=0, **fixed)
     add(found, word, f"{OMEGA} {INNER}", "hard", what, 8, OTHER_FOUR, parameters)
+    what = "L rises along the last step, but not with its momentum, or the other way round."
+    parameters = method("chebyshev", **fixed)
+    add(found, word, f"{OMEGA} {ORDER}", "hard", what, 8, zone(16, 3, 7, masses=MASSES), parameters)
 
 
 def _add_cg(found: CaseList) -> None:
@@ -151,3 +157,7 @@ def _add_inexact_newton(found: CaseList) -> None:
     what = "The same with inner solves and Wolfe's search."
     rough = method("newton", linear_tolerance=0.25, penalty=10.0, search="wolfe", every_step=0)
     add(found, "newton", f"{ROWS} {INNER}", "hard", what, 6, FOUR, rough)
+    what = "In metres, w differs between vertices: it is the preconditioner, and 1 / w the norm."
+    rough = method("newton", linear_tolerance=0.25, penalty=10.0, scaling="total-mass")
+    other = zone(4, 4, 8, masses=MASSES, apart=(2,), pinned=(1,))
+    add(found, "newton", f"{ROWS} {ORDER}", "hard", what, 4, other, rough)

@@ -55,6 +55,10 @@ def _one_impact() -> list[Lot]:
             z.vertex_below_face(depth=-(2.0**-6))),
         Lot("satisfied", ("constraint-sign",), "hard",
             "Eight layers satisfy all constraints, so no bit changes.", stack([1.0] * 8, -0.125)),
+        Lot("single", ("node-order",), "medium", "The first two vertices and one in the middle are "
+            "in no impact, and stay where they are proposed to be.", z.among_others()),
+        Lot("pinned", ("pinned-masses",), "medium", "All vertices of the first impact are pinned; "
+            "it is satisfied, so it does not matter.", z.plates_and_vertex(0.5)),
     ]  # fmt: skip
 
 
@@ -108,6 +112,9 @@ def _redundant() -> list[Lot]:
             "most violated constraint must give up the second one for the third, which depends "
             "on those it has.",
             z.walls((UP, 77 / 64), (unit(4.0, 0.0, 3.0), 1.0), (unit(3.0, 0.0, 4.0), 19 / 16))),
+        Lot("redundant", own, "medium", "Two parallel planes, of which the second one is farther: "
+            "a method that keeps one of parallel rows has to keep the right one.",
+            z.walls(floor, (UP, 0.25), start=(0.0, 0.0, -0.5))),
     ]  # fmt: skip
 
 
@@ -141,6 +148,9 @@ def _opposed() -> list[Lot]:
         Lot("infeasible", ("infeasible", "rows-opposed"), "hard",
             "A floor and a ceiling come so close that a hundredth of a thickness is missing.",
             z.press((2.0 - 2.0**-7) * 2.0**-6)),
+        Lot("infeasible", ("infeasible", "pinned-masses"), "medium", "All vertices of the first "
+            "impact are pinned, and it is violated: nothing can change that.",
+            z.plates_and_vertex(0.0)),
     ]  # fmt: skip
 
 

@@ -41,6 +41,28 @@ def vertex_below_face(
     return parts
 
 
+def among_others() -> ZoneParts:
+    """Return a vertex below a face in a zone that lists three vertices more, in no impact."""
+    parts = ZoneParts()
+    for place in ((0.5, -2.0, 3.0), (-1.5, 0.25, 2.0)):
+        parts.vertex(place, 2.0)
+    below = parts.vertex((0.375, 0.25, -0.25), 1.0)
+    first = parts.vertex((0.0, 0.0, 0.0), 4.0)
+    parts.vertex((1.0, 1.0, -3.0), 8.0)
+    others = [parts.vertex(place, 2.0) for place in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
+    parts.impact([below, first, *others], (1.0, -0.375, -0.375, -0.25))
+    return parts
+
+
+def plates_and_vertex(height: float) -> ZoneParts:
+    """Return a pinned vertex at a height over a pinned face, and a free vertex below the face."""
+    parts = ZoneParts()
+    face = parts.plate((0.0, 0.0, 0.0))
+    parts.impact([parts.vertex((0.25, 0.25, height), 0.0, 1), *face])
+    parts.impact([parts.vertex((0.25, 0.25, -0.5), 1.0), *face])
+    return parts
+
+
 def edges_crossed(masses: tuple[float, ...], normal: Triple = UP) -> ZoneParts:
     """Return two edges of four masses; the first is proposed below the second."""
     parts = ZoneParts()

@@ -13,10 +13,15 @@ ALL_FOUR = [[0, 1, 2], [0, 1, 3], [1, 2, 3], [2, 0, 3]]
 
 
 def over_a_face(
-    drop: float = 1.0, gap: float = 0.25, mass: float = 1.0, pinned: int = 0, rise: float = 0.0
+    drop: float = 1.0,
+    gap: float = 0.25,
+    mass: float = 1.0,
+    pinned: int = 0,
+    rise: float = 0.0,
+    thickness: float = 2.0**-7,
 ) -> SceneParts:
     """Return the tip of a triangle over a face; only the tip falls, or the face rises."""
-    parts = SceneParts()
+    parts = SceneParts(thickness)
     parts.add(FACE, ONE, (0.0, 0.0, rise), pinned=pinned)
     tip = hanging_triangle((0.0, -0.25, gap))
     parts.add(tip, ONE, lambda k, _: (0.0, 0.0, -drop if k == 0 else 0.0), mass)

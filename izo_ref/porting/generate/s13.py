@@ -123,6 +123,8 @@ def _indices() -> list[Lot]:
             "are the same.", _faces(0, (0, 3, 0)), 0),
         Lot("repeated", "degenerate-elements", "hard", "The last face is one vertex three times, "
             "which is in no other face.", _faces(15, (23, 23, 23)), 15),
+        Lot("repeated", "degenerate-elements", "medium", "The second and the third vertex of a "
+            "face are the same.", _faces(4, (0, 4, 4)), 4),
     ]  # fmt: skip
 
 
@@ -159,6 +161,10 @@ def _starts() -> list[Lot]:
     folded = SceneParts()
     flat = [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.5, 0.5, 0.0)]
     folded.add(flat, [[0, 1, 2], [0, 1, 3]])
+    hinged = SceneParts()
+    tent = [(0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.0, 2.0, 0.0), (0.5, 0.5, -1.0), (0.5, 0.5, 1.0)]
+    hinged.add(tent, [[0, 1, 2], [0, 3, 4]])
+    needle = [(0.0, 0.0, -1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 3.0)]
     return [
         Lot("start", flag, "easy", "An edge goes through a face at the start.",
             _two_triangles(EDGE_TIP)),
@@ -171,6 +177,10 @@ def _starts() -> list[Lot]:
         Lot("start", flag, "hard", "Two vertices of a triangle lie at two of another one, as "
             "exporters write seams.", _two_triangles(seam)),
         Lot("start", flag, "hard", "A face is folded flat onto its neighbour.", folded.inputs()),
+        Lot("start", flag, "medium", "A face goes through another one with which it shares a "
+            "vertex.", hinged.inputs()),
+        Lot("start", flag, "hard", "A face without area, whose corners are on a line, goes through "
+            "another face.", _two_triangles(needle)),
     ]  # fmt: skip
 
 
@@ -208,6 +218,8 @@ def _fine() -> list[Lot]:
             "less than the thickness.", _two_triangles(near)),
         Lot("fine", flag, "hard", "All vertices are pinned, and nothing meets.",
             {**scenes.apart().inputs(), "pinned": [1] * 50}),
+        Lot("fine", flag, "medium", "The mass of a pinned vertex is infinite, as many solvers "
+            "write it.", _pinned_with(7, INFINITE), also=masses),
     ]  # fmt: skip
 
 

@@ -12,11 +12,13 @@ from izo_ref.porting.judge.outcome import Difference, Question
 
 
 def judge_free_path(question: Question) -> list[Difference]:
-    """Check the end positions of a step that a port says is free."""
+    """Check the end positions of a step that a port says is free; nothing else if it does not."""
+    if "free" not in question.replies:
+        return [question.needs("free")]
+    if question.replies["free"][0] != 1:
+        return []
     found = _pinned(question)
-    if found or question.replies.get("free", [0])[0] != 1:
-        return found
-    found += _objective(question)
+    found = found or _objective(question)
     return found or _certificate(question)
 
 
@@ -43,25 +45,41 @@ def _pinned(question: Question) -> list[Difference]:
 
 
 def _objective(question: Question) -> list[Difference]:
-    """Check that sum m |x - y|^2 / sum m over unpinned vertices is at most what is allowed."""
+    """Check that sum m |x - y|^2 / sum m over unpinned vertices is within its limits."""
     inputs: Any = question.case.inputs
     if "objective_at_most" not in question.expected:
         return []
     total = moved = Fraction(0)
-    ends = zip(vectors(question.got), vectors(inputs["positions_t1"]), strict=True)
+    got, proposed = (
+        vectors([to_dtype(number, question.dtype) for number in numbers])
+        for numbers in (question.got, inputs["positions_t1"])
+    )
+    ends = zip(got, proposed, strict=True)
     for i, (x, y) in enumerate(ends):
         if not inputs["pinned"][i]:
             mass = Fraction(inputs["masses"][i])
             step = minus(x, y)
             total, moved = total + mass, moved + mass * dot(step, step)
     most = Fraction(number_at(question.expected["objective_at_most"], 0))
-    if total == 0 or moved <= most * total:
+    least = Fraction(number_at(question.expected.get("objective_at_least", 0), 0))
+    if total == 0 or least * total <= moved <= most * total:
         return []
     objective = ratio(moved, total)
-    text = f"the objective: expected at most {float(most):.6g} m^2, got {objective:.6g} m^2; the "
-    text += "positions are farther from the proposed ones than they need be"
-    difference = question.difference(text, None, float(most), objective)
-    return [difference._replace(quantity="the objective, at most")]
+    if moved < least * total:
+        return [_outside(question, objective, least, "least", "nearer to the obstacle than d")]
+    why = "farther from the proposed ones than they need be"
+    return [_outside(question, objective, most, "most", why)]
+
+
+def _outside(
+    question: Question, objective: float, limit: Fraction, word: str, why: str
+) -> Difference:
+    """Return the difference of an objective that is not at least, or not at most, its limit."""
+    text = f"the objective: expected at {word} {float(limit):.6g} m^2, got {objective:.6g} m^2; "
+    difference = question.difference(
+        f"{text}the positions are {why}", None, float(limit), objective
+    )
+    return difference._replace(quantity=f"the objective, at {word}")
 
 
 def _certificate(question: Question) -> list[Difference]:
@@ -77,7 +95,7 @@ def _certificate(question: Question) -> list[Difference]:
         np.array([to_dtype(x, question.dtype) for x in inputs[name]]).reshape(-1, 3)
         for name in ("positions_t0", "positions_t1")
     )
-    ends = np.array(question.got, float).reshape(-1, 3)
+    ends = np.array([to_dtype(x, question.dtype) for x in question.got], float).reshape(-1, 3)
     pinned = np.array(inputs["pinned"], bool)
     ends[pinned] = end[pinned]
     faces = np.array(inputs["faces"], np.int32).reshape(-1, 3)

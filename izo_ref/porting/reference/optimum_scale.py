@@ -8,6 +8,9 @@ makes errors e_j has moved vertex i by at most sum_j |P_ij| e_j more or less. Th
   constraint. S is the size of the answer, to which ports compare what they leave;
 * of rounding: eps times the terms of d - A y, and those of K l, which a port sums up that solves
   for l;
+* of an inactive constraint, whose multiplier an iteration leaves at e_j / K_jj in place of 0, as
+  `kkt` accepts. It moves the vertices of that impact by M^-1 A_j^T e_j / K_jj, and changes the gap
+  of a tight constraint f by K_fj e_j / K_jj;
 * and where x - y = M^-1 A^T l is computed: a fraction of the move, and eps times the terms of
   M^-1 A^T l. The position itself is rounded too.
 
@@ -80,7 +83,11 @@ def _parts(
     zone: Mapping[str, Any], rows: Rows, found: Optimum, tight: list[int], errors: Vector
 ) -> Vector:
     """Return the scale of each unknown."""
-    parts = _propagated(rows, tight, errors)
+    left = _left_multipliers(rows, tight, errors)
+    disturbed = [
+        error + _dot(map(abs, row), left) for row, error in zip(rows.gram, errors, strict=True)
+    ]
+    parts = _propagated(rows, tight, disturbed)
     pushes = [abs(value) for value in found.multipliers]
     for i, (vertex, axis) in enumerate(rows.unknowns):
         column = [abs(row[i]) for row in rows.matrix]
@@ -88,8 +95,16 @@ def _parts(
         move = max(abs(found.moves[first + k]) for k in range(3))
         place = abs(Fraction(zone["proposed"][3 * vertex + axis])) + move
         rounded = place + _dot(column, pushes) * rows.inverse_masses[i]
-        parts[i] += move + ROUNDING * rounded
+        parts[i] += move + ROUNDING * rounded + _dot(column, left) * rows.inverse_masses[i]
     return parts
+
+
+def _left_multipliers(rows: Rows, tight: list[int], errors: Vector) -> Vector:
+    """Return the multiplier that an iteration may leave to each constraint that is not tight."""
+    return [
+        ZERO if j in tight or rows.gram[j][j] == 0 else error / rows.gram[j][j]
+        for j, error in enumerate(errors)
+    ]
 
 
 def _propagated(rows: Rows, tight: list[int], errors: Vector) -> Vector:
