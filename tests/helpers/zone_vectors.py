@@ -3,6 +3,7 @@
 from fractions import Fraction
 
 from izo_ref.porting.cases import DTYPES
+from izo_ref.porting.generate.small_zones import float32
 from izo_ref.porting.reference.rounded import EPS, is_float32
 
 
@@ -39,6 +40,17 @@ def failures(cases, answer, flag=None):
         if (flag is None or flag in case.flags)
         and not passes(case, answer(case.inputs, dtype), dtype)
     ]
+
+
+def kept_in_float32(answer, name):
+    """Return an answer that keeps an input in float32, whatever the type of floats is."""
+
+    def reply(inputs, dtype):
+        value = inputs[name]
+        rounded = [float32(a) for a in value] if isinstance(value, list) else float32(value)
+        return answer({**inputs, name: rounded}, dtype)
+
+    return reply
 
 
 def check_cases(cases, stage, flags):

@@ -78,6 +78,18 @@ def last_of_equal_times(toi, nodes, pinned, selection, weights, kinds):
     return groups.select(toi[::-1], nodes[::-1], pinned, selection, *backwards)[::-1]
 
 
+def sorted_in_blocks(toi, *rest):
+    """Sort the impacts of each block of 1024 threads, and not the blocks with one another."""
+    return groups.select([j // 1024 + t / 2.0 for j, t in enumerate(toi)], *rest)
+
+
+def hashed(toi, nodes, pinned, selection, *rest):
+    """Mark vertices in a table of 128 places, without a look at who is there already."""
+    if any(pinned) or selection == "deep":
+        return groups.select(toi, nodes, pinned, selection, *rest)
+    return groups.select(toi, [[v % 128 for v in row] for row in nodes], [0] * 128, selection)
+
+
 def pinned_count(toi, nodes, pinned, *rest):
     return groups.select(toi, nodes, [0] * len(pinned), *rest)
 
@@ -104,6 +116,8 @@ def nothing_waits(toi, nodes, pinned, selection, weights, kinds):
         ("selection-order", in_the_order_given, 5),
         ("selection-order", waits_for_all, 3),
         ("selection-ties", last_of_equal_times, 5),
+        ("selection-order", sorted_in_blocks, 1),
+        ("selection-order", hashed, 1),
         ("zone-pinned", pinned_count, 4),
         ("selection-deep", deep_as_any_other, 3),
         ("selection-deep", kinds_are_equal, 2),

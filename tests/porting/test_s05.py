@@ -75,6 +75,15 @@ def at_most_100(nodes, pinned):
     return [min(z, 99) for z in groups.zones(nodes, pinned)]
 
 
+def numbers_in_a_byte(nodes, pinned):
+    return [z % 256 if z >= 0 else -1 for z in groups.zones(nodes, pinned)]
+
+
+def one_block(nodes, pinned):
+    zone = groups.zones(nodes[:1024], pinned)
+    return zone + [-1] * (len(nodes) - len(zone))
+
+
 def first_vertices_only(nodes, pinned):
     return groups.zones([[row[0]] * 4 for row in nodes], pinned)
 
@@ -87,6 +96,8 @@ def first_vertices_only(nodes, pinned):
         ("zone-transitive", first_vertices_only, 10),
         ("zone-pinned", joined_by_pinned, 7),
         ("zone-capacity", at_most_100, 2),
+        ("zone-capacity", numbers_in_a_byte, 1),
+        ("zone-capacity", one_block, 1),
     ],
     ids=lambda part: getattr(part, "__name__", str(part)),
 )

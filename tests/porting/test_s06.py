@@ -15,6 +15,7 @@ from tests.helpers.zone_vectors import (
     exact_objective,
     failures,
     fractions,
+    kept_in_float32,
 )
 from tests.ports.own import s06 as own
 
@@ -39,6 +40,11 @@ def test_our_own_functions_pass():
 
 def test_a_port_that_is_written_from_the_formulas_passes():
     assert failures(CASES, answer("S6")) == []
+
+
+@pytest.mark.parametrize("name", ["weights", "normals", "masses", "thickness", "positions"])
+def test_inputs_that_are_kept_in_float32_are_caught(name):
+    assert failures(CASES, kept_in_float32(answer("S6"), name), "float32-coordinates")
 
 
 def test_positions_that_are_not_made_relative_matter_far_from_the_origin_alone():
@@ -101,10 +107,16 @@ class PerImpact(Port):
 
 
 class OneBlock(Port):
-    """Sums over the first 128 vertices alone."""
+    """Sums over the vertices of the first block alone."""
+
+    size = 128
 
     def objective(self):
-        return (self.w() * self.moved() ** 2)[:128].sum() / 2
+        return (self.w() * self.moved() ** 2)[: self.size].sum() / 2
+
+
+class OneLargeBlock(OneBlock):
+    size = 1024
 
 
 class Absolute(Port):
@@ -117,7 +129,7 @@ MISTAKES = {
     "mass-weighting": (Unweighted, NotDivided),
     "pinned-masses": (AllMasses,),
     "constraint-sign": (GapLessThickness, ViolationsOnly),
-    "lost-sum": (PerImpact, OneBlock),
+    "lost-sum": (PerImpact, OneBlock, OneLargeBlock),
     "float32-coordinates": (Absolute,),
 }
 

@@ -9,7 +9,13 @@ import pytest
 from izo_ref.porting.generate import s07
 from izo_ref.porting.generate.small_zones import random_zone
 from tests.helpers.zone_port import Port, answer
-from tests.helpers.zone_vectors import check_cases, exact_lagrangian, failures, fractions
+from tests.helpers.zone_vectors import (
+    check_cases,
+    exact_lagrangian,
+    failures,
+    fractions,
+    kept_in_float32,
+)
 from tests.ports.own import s07 as own
 
 FLAGS = (
@@ -35,6 +41,11 @@ def test_our_own_functions_pass():
 
 def test_a_port_that_is_written_from_the_formulas_passes():
     assert failures(CASES, answer("S7")) == []
+
+
+@pytest.mark.parametrize("name", ["weights", "normals", "masses", "multipliers", "penalty"])
+def test_inputs_that_are_kept_in_float32_are_caught(name):
+    assert failures(CASES, kept_in_float32(answer("S7"), name), "float32-coordinates")
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -75,6 +86,16 @@ class Pulls(Port):
 class GapLessThickness(Port):
     def constraint(self, gap):
         return gap - self.d
+
+
+class OneBlock(Port):
+    def pushed(self):
+        return super().pushed()[:1024]
+
+
+class OneBlockPulls(Port):
+    def forces(self):
+        return super().forces()[:1024]
 
 
 class LastOneWins(Port):
@@ -132,7 +153,7 @@ MISTAKES = {
     "node-order": (Sorted,),
     "mass-weighting": (Unweighted, ImpactsDivided),
     "constraint-sign": (Pulls, GapLessThickness),
-    "lost-sum": (LastOneWins,),
+    "lost-sum": (LastOneWins, OneBlock, OneBlockPulls),
     "kink": (ActiveWhereViolated, NoConstant, ClampedFirst),
     "penalty-scaling": (WithoutHalf, NoPenalty),
     "multipliers-not-clamped": (NotClamped,),

@@ -2,16 +2,30 @@
 
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from izo_ref.porting.generate import s08
 from izo_ref.porting.generate.lines import case_line_of
 from izo_ref.porting.reference.line_search import at, exact, wolfe_interval
 from tests.helpers.zone_port import Port, answer
-from tests.helpers.zone_vectors import check_cases, exact_change, exact_rise, failures
+from tests.helpers.zone_vectors import (
+    check_cases,
+    exact_change,
+    exact_rise,
+    failures,
+    kept_in_float32,
+)
 from tests.ports.own import s08 as own
 
-FLAGS = ("armijo", "wolfe-gradient", "exact-search", "no-step", "change-by-difference")
+FLAGS = (
+    "armijo",
+    "wolfe-gradient",
+    "exact-search",
+    "no-step",
+    "change-by-difference",
+    "absolute-tolerance",
+)
 CASES = s08.cases()
 DOWNHILL = [case for case in CASES if "no-step" not in case.flags]
 ONE_PART = Fraction(1, 10**12)
@@ -27,6 +41,11 @@ def test_our_own_functions_pass():
 
 def test_a_port_that_is_written_from_the_formulas_passes():
     assert failures(CASES, answer("S8")) == []
+
+
+@pytest.mark.parametrize("name", ["weights", "normals", "masses", "direction", "multipliers"])
+def test_inputs_that_are_kept_in_float32_are_caught(name):
+    assert failures(CASES, kept_in_float32(answer("S8"), name), "float32-coordinates")
 
 
 @pytest.mark.parametrize("case", DOWNHILL[::3], ids=lambda case: case.id)
@@ -130,6 +149,39 @@ class NotStrict(Port):
         return line[0] >= 0 or self.phi(line, step)[0] <= limit
 
 
+class DividesByZero(Port):
+    def between(self, line, step, is_long, is_right):
+        if line[0] < 0:
+            return super().between(line, step, is_long, is_right)
+        return max(step - self.phi(line, step)[1] / self.phi(line, step)[2], self.real(0))
+
+
+class AtMostAsLow(Port):
+    """Accepts a step that changes nothing, as that along p = 0 does."""
+
+    def is_low_enough(self, line, step):
+        return self.phi(line, step)[0] <= self.real(self.inputs["armijo"]) * step * line[0]
+
+
+class OtherWolfe(Port):
+    """Takes c_2 from a textbook, 0.1, whatever it is."""
+
+    def is_flat_enough(self, line, step):
+        return abs(self.phi(line, step)[1]) <= self.real(0.1) * abs(line[0])
+
+
+class Tolerant(Port):
+    limit = 1e-7
+
+    def phi(self, line, step):
+        slope, curvature, t, q = line
+        return super().phi((slope, curvature, np.where(abs(t) < self.limit, 0, t), q), step)
+
+
+class LessTolerant(Tolerant):
+    limit = 1e-10
+
+
 class Difference(Port):
     """Takes the change as a difference of two values of L."""
 
@@ -144,9 +196,10 @@ class Difference(Port):
 MISTAKES = {
     "armijo": (Decreases, OtherConstant, SquareOfDirection, Halves, FrozenActiveSet),
     "exact-search": (FrozenActiveSet, AtMostOne),
-    "wolfe-gradient": (ArmijoAlone, Weak, MeanValue),
-    "no-step": (LastTried, NotStrict),
+    "wolfe-gradient": (ArmijoAlone, Weak, MeanValue, OtherWolfe),
+    "no-step": (LastTried, NotStrict, AtMostAsLow, DividesByZero),
     "change-by-difference": (Difference,),
+    "absolute-tolerance": (Tolerant, LessTolerant),
 }
 
 

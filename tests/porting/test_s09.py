@@ -5,7 +5,7 @@ import pytest
 
 from izo_ref.porting.generate import s09
 from tests.helpers.zone_port import KINDS
-from tests.helpers.zone_vectors import check_cases, failures
+from tests.helpers.zone_vectors import check_cases, failures, kept_in_float32
 from tests.ports.own import s09 as own
 
 FLAGS = ("multipliers-not-clamped", "penalty-scaling", "kink", "constraint-sign")
@@ -34,6 +34,13 @@ def test_our_own_functions_pass():
 def test_right_formulas_pass():
     assert failures(CASES, port(lambda m, c, mu: np.maximum(m + mu * c, 0))) == []
     assert failures(CASES, port(lambda m, c, mu: mu * np.maximum(c + m / mu, 0))) == []
+    assert failures(CASES, port(lambda m, c, mu: m + mu * np.maximum(c, -m / mu))) == []
+
+
+@pytest.mark.parametrize("name", ["multipliers", "constraints", "penalty"])
+def test_inputs_that_are_kept_in_float32_are_caught(name):
+    right = port(lambda m, c, mu: np.maximum(m + mu * c, 0))
+    assert failures(CASES, kept_in_float32(right, name), "float32-coordinates")
 
 
 def test_a_port_may_flush_denormal_numbers_to_zero():
@@ -50,11 +57,13 @@ MISTAKES = {
         lambda m, c, mu: np.maximum(m + mu * c, m),
         lambda m, c, mu: m + mu * np.maximum(c, 0),
         lambda m, c, mu: abs(m + mu * c),
+        lambda m, c, mu: np.where(np.arange(len(m)) < 1024, np.maximum(m + mu * c, 0), m),
     ),
     "penalty-scaling": (
         lambda m, c, mu: np.maximum(m + c, 0),
         lambda m, c, mu: np.maximum(m + c / mu, 0),
         lambda m, c, mu: np.maximum(m + mu / 2 * c, 0),
+        lambda m, c, mu: np.clip(m + mu * c, 0, 1e10),
     ),
     "kink": (lambda m, c, mu: np.where(c > 0, m + mu * c, 0),),
     "constraint-sign": (lambda m, c, mu: np.maximum(m - mu * c, 0),),

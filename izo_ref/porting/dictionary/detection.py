@@ -64,7 +64,7 @@ DETECTION = (
     ),
     Flag(
         "absolute-tolerance",
-        ("S2", "S3", "S7", "S9", "S11"),
+        ("S2", "S3", "S7", "S8", "S9", "S11"),
         "A tolerance is a fixed number, such as 1e-6, whatever the size of the scene is. It has "
         "to be relative to the sizes in the case.",
         "The port works in metres and fails in millimetres or for a scene that is 100 times "
@@ -143,10 +143,10 @@ DETECTION = (
     ),
     Flag(
         "float32-coordinates",
-        ("S2", "S3", "S6"),
+        ("S2", "S3", "S6", "S7", "S8", "S9"),
         "Coordinates far from the origin are multiplied or interpolated before they are "
-        "subtracted, or are stored in float32 although the case needs float64. Subtract first: "
-        "differences of nearby positions are exact, products of large coordinates are not.",
+        "subtracted, or inputs are stored in float32 although the case needs float64. Subtract "
+        "first: differences of nearby positions are exact, products of large coordinates are not.",
         "A scene that works at the origin jitters, misses contacts or gets wrong normals at 1 km "
         "from it.",
         "GPU programs such as I-Cloth compute in float32. Float32 detection that never misses is "

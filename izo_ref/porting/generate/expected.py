@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
 from typing import Any
 
 from izo_ref.porting.cases import DTYPES, VALID, Case, Value
@@ -82,6 +83,15 @@ def between(low: Rounded, high: Rounded, multiple: int = MULTIPLE) -> dict[str, 
         "scale": max(scale_of(low), scale_of(high)),
         "multiple": multiple,
     }
+
+
+def exact_inputs(value: Any) -> Any:
+    """Return inputs whose floats are numbers without an error, for ports that read float64."""
+    if isinstance(value, Mapping):
+        return {name: exact_inputs(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [exact_inputs(item) for item in value]
+    return Rounded(Decimal(value)) if isinstance(value, float) else value
 
 
 def scale_of(number: Rounded) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from izo_ref.porting.generate.expected import CaseList, between, decided, values
+from izo_ref.porting.cases import DTYPES
+from izo_ref.porting.generate.expected import CaseList, between, decided, exact_inputs, values
 from izo_ref.porting.generate.s07 import evaluate
 from izo_ref.porting.generate.small_zones import Inputs, float32
 from izo_ref.porting.reference.line_search import (
@@ -73,13 +74,22 @@ def minimum(inputs: Inputs, steps: int) -> Inputs:
     return {**inputs, "positions": x}
 
 
-def add_search(result: CaseList, flags: str, grade: str, what: str, inputs: Inputs) -> None:
-    """Add a case with what the reference finds."""
+def add_search(
+    result: CaseList,
+    flags: str,
+    grade: str,
+    what: str,
+    inputs: Inputs,
+    dtypes: tuple[str, ...] = DTYPES,
+) -> None:
+    """Add a case with what the reference finds; without float32, all inputs are exact."""
+    known = inputs if "f4" in dtypes else exact_inputs(inputs)
     with Decisions() as decisions:
-        line = case_line_of(inputs)
+        line = case_line_of(known)
         falls = line.slope < 0.0
-        expected = _expected(line, inputs) if falls else _no_step(line, inputs)
-    result.add(flags.split()[0], flags, grade, what, inputs, expected, decided(decisions))
+        expected = _expected(line, known) if falls else _no_step(line, known)
+    clear = [dtype for dtype in decided(decisions) if dtype in dtypes]
+    result.add(flags.split()[0], flags, grade, what, inputs, expected, clear)
 
 
 def _expected(line: Line, inputs: Inputs) -> dict[str, dict[str, Any]]:
@@ -100,8 +110,11 @@ def _expected(line: Line, inputs: Inputs) -> dict[str, dict[str, Any]]:
 def _no_step(line: Line, inputs: Inputs) -> dict[str, dict[str, Any]]:
     if inputs["search"] == BACKTRACKING:
         return _of_found(_backtrack(line, inputs))
-    zero = [Rounded(ZERO)]
-    return {"step": values(zero), "change": values(zero)}
+    zero = Rounded(ZERO)
+    step = values([zero])
+    if line.curvature.value == 0:  # p is 0, so every step ends where phi' is 0
+        step = between(zero, Rounded.of(inputs["first"]))
+    return {"step": step, "change": values([zero])}
 
 
 def _backtrack(line: Line, inputs: Inputs) -> Found:

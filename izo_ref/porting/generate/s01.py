@@ -43,7 +43,7 @@ def cases() -> list[Case]:
             "faces": [i for face in row.mesh.faces for i in face],
         }
         name = f"S1-{row.word}-{numbers[row.word]:02d}"
-        head = (name, "S1", row.flags, VALID, row.grade, ("f8", "f4"))
+        head = (name, "S1", row.flags, VALID, row.grade, row.dtypes)
         result.append(Case(*head, row.what, inputs, expected))
     return result
 

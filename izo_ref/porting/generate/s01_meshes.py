@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from random import Random
 from typing import NamedTuple
 
+from izo_ref.porting.cases import DTYPES
 from izo_ref.porting.generate.meshes import (
     TETRAHEDRON,
     TETRAHEDRON_FACES,
@@ -17,6 +19,7 @@ from izo_ref.porting.generate.meshes import (
     shift,
     stack,
 )
+from izo_ref.porting.generate.random_numbers import dyadic
 from izo_ref.porting.reference.contact import Point
 
 ONE: list[Face] = [(0, 1, 2)]
@@ -33,6 +36,7 @@ class Row(NamedTuple):
     grade: str
     mesh: Mesh
     what: str
+    dtypes: tuple[str, ...] = DTYPES
 
 
 def rows() -> list[Row]:
@@ -101,6 +105,7 @@ def _touching() -> list[Row]:
     )
     high = joined(ends, part(shift(FLOOR, 0, 0, 48), ONE, 0, 0, 0))
     low = Mesh(flipped(high.start), flipped(high.end), high.faces)
+    digits = "A vertex ends on a corner with all digits of a {}: boxes may not come apart."
     off = "As the first, {} the middle of the scene: rounded boxes may not shrink on this side."
     return [
         Row("touching", flags, "easy", ends, "A vertex ends on a face; their boxes only touch."),
@@ -112,7 +117,29 @@ def _touching() -> list[Row]:
         Row("touching", flags, "hard", high, off.format("below")),
         Row("touching", flags, "hard", low, off.format("above")),
         Row("touching", flags, "easy", boxes, "Boxes touch, nothing meets: any list is right."),
+        Row("touching", flags, "hard", _corners(8, 24), digits.format("float32")),
+        Row("touching", flags, "hard", _corners(1, 53), digits.format("float64"), ("f8",)),
     ]
+
+
+def _corners(seed: int, bits: int) -> Mesh:
+    """Return two faces, one of which ends with its first vertex on the first vertex of the other.
+
+    There the boxes touch. Boxes as middles and half sizes, or from start + (end - start), come
+    apart by rounding with these seeds.
+    """
+    random = Random(seed)
+
+    def points(count: int, low: float, high: float, digits: int) -> list[Point]:
+        numbers = [dyadic(random, low, high, digits) for _ in range(3 * count)]
+        return [(numbers[k], numbers[k + 1], numbers[k + 2]) for k in range(0, 3 * count, 3)]
+
+    corner = points(1, 0.25, 0.5, bits)
+    rest = points(2, 4.0, 8.0, bits - 3)
+    start = points(3, -8.0, -4.0, bits - 3)
+    end = points(2, -4.0, -1.0, bits - 3)
+    still = corner + rest
+    return Mesh(still + start, still + corner + end, [(0, 1, 2), (3, 4, 5)])
 
 
 def _still() -> list[Row]:

@@ -7,6 +7,7 @@ from random import Random
 
 from izo_ref.porting.cases import ACCEPTABLE, DTYPES, VALID, Case
 from izo_ref.porting.generate.random_numbers import shuffled
+from izo_ref.porting.generate.small_zones import some
 from izo_ref.porting.reference.groups import select
 
 ULP = 2.0**-52
@@ -131,6 +132,9 @@ def _ties() -> list[Case]:
     star = [[0, 3 * j + 1, 3 * j + 2, 3 * j + 3] for j in range(30)]
     toi, nodes = _random(42, 60, 40, 3)
     other, more = _random(43, 60, 60, 2)
+    random = Random(47)
+    lots = [some(random, 4, 1500) for _ in range(1100)]
+    ends = [int(64 * random.random()) / 64.0 for _ in lots]
     return [
         _case(
             "ties", 1, own, "easy",
@@ -157,6 +161,11 @@ def _ties() -> list[Case]:
             "ties", 5, own, "hard",
             "Sixty random impacts with two different times.",
             (other, more, _free(60), "first-of-any"),
+        ),
+        _case(
+            "ties", 6, own, "hard",
+            "1100 impacts with 64 different times: more than one block of threads sorts.",
+            (ends, lots, _free(1500), "independent"),
         ),
     ]  # fmt: skip
 

@@ -140,6 +140,9 @@ def _capacity() -> list[Case]:
     pairs = [[7 * j + k + i for i in range(4)] for j in range(140) for k in (0, 3)]
     gaps = [[17 * v for v in row] for row in shuffled(Random(54), chain(9))]
     apart = [[30 * j + 7 * k for k in range(4)] for j in range(45)]
+    lots_of_zones = [
+        [7 * j + k + i for i in range(4)] for j in range(1100) for k in (0, 3)[: 1 + j % 2]
+    ]
     few = [[1800, 3, 900, 17], [900, 40, 41, 42], [5, 6, 7, 8]]
     lots: list[tuple[str, str, Quads]] = [
         ("easy", "There are no impacts, so there are no zones.", []),
@@ -149,6 +152,8 @@ def _capacity() -> list[Case]:
         ("hard", "There are 140 zones of two impacts each, in a shuffled order.",
          shuffled(Random(55), pairs)),
         ("hard", "One zone has 400 impacts at one vertex.", star(400)),
+        ("hard", "There are 1100 zones, every other one of two impacts: more than a byte counts,"
+         " and more than threads of a block.", shuffled(Random(56), lots_of_zones)),
     ]  # fmt: skip
     return [
         _case("capacity", number, own, grade, what, nodes, _free(nodes))

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from decimal import Decimal
 from random import Random
-from typing import Any
 
-from izo_ref.porting.cases import DTYPES, Case, Value
-from izo_ref.porting.generate.expected import CaseList, values
+from izo_ref.porting.cases import DTYPES, Case
+from izo_ref.porting.generate.expected import CaseList, exact_inputs, values
 from izo_ref.porting.generate.small_zones import (
     Inputs,
     dyadic,
     pair_weights,
     random_zone,
+    with_all_digits,
     zone_above_face,
 )
-from izo_ref.porting.reference.rounded import Rounded
 from izo_ref.porting.reference.zone import (
     constraints,
     curvatures,
@@ -51,8 +49,8 @@ def _add(
     dtypes: tuple[str, ...] = DTYPES,
 ) -> None:
     """Add a case with what the reference computes; without float32, all inputs are exact."""
-    exact = inputs if "f4" in dtypes else {name: _exact(a) for name, a in inputs.items()}
-    zone, x = zone_of(exact), vectors(exact["positions"])
+    known = inputs if "f4" in dtypes else exact_inputs(inputs)
+    zone, x = zone_of(known), vectors(known["positions"])
     moved = displacements(zone, x)
     gradient = objective_gradient(curvatures(zone), moved)
     expected = {
@@ -61,13 +59,6 @@ def _add(
         "constraints": values(constraints(zone, x)),
     }
     result.add(flags.split()[0], flags, grade, what, inputs, expected, dtypes)
-
-
-def _exact(value: Value) -> Any:
-    """Return floats as numbers without an error, for ports that read them in float64."""
-    if isinstance(value, list):
-        return [_exact(item) for item in value]
-    return Rounded(Decimal(value)) if isinstance(value, float) else value
 
 
 def _nodes(result: CaseList) -> None:
@@ -160,6 +151,8 @@ def _sums(result: CaseList) -> None:
     _add(result, SUMS, "hard", what, inputs)
     what = "A sum over 256 vertices, most of which have no impact: more than threads of a warp."
     _add(result, SUMS, "hard", what, random_zone(Random(644), 2, 256, masses=(1.0, 0.5, 2.0)))
+    what = "A sum over 1100 vertices: more than threads of the largest block."
+    _add(result, SUMS, "hard", what, random_zone(Random(645), 2, 1100, masses=(1.0, 0.5, 2.0)))
 
 
 def _far(result: CaseList) -> None:
@@ -185,3 +178,6 @@ def _far(result: CaseList) -> None:
     _add(result, FAR, "hard", what, zone(654, (1.5 * 2.0**19, 0.0, -(2.0**19)), 64.0, 2))
     what = "Three pairs of 1 m, 8 km away on a diagonal, where products with normals nearly cancel."
     _add(result, FAR, "hard", what, zone(655, (8192.0, 8192.0, 8192.0), 1.0, 3))
+    what = "All inputs have the digits of a float64; none of them may be kept in float32."
+    inputs = with_all_digits(Random(657), random_zone(Random(658), 3, 8, masses=(1.0, 0.5)))
+    _add(result, FAR, "medium", what, inputs, ("f8",))

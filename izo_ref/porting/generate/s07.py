@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
-from izo_ref.porting.cases import Case
-from izo_ref.porting.generate.expected import CaseList, values
+from izo_ref.porting.cases import DTYPES, Case
+from izo_ref.porting.generate.expected import CaseList, exact_inputs, values
 from izo_ref.porting.generate.small_zones import (
     Inputs,
     dyadic,
     pair_weights,
     random_zone,
+    with_all_digits,
     zone_above_face,
 )
 from izo_ref.porting.reference.zone import (
@@ -32,12 +33,13 @@ KINK = "kink"
 PENALTY = "penalty-scaling"
 CLAMP = "multipliers-not-clamped"
 ABSOLUTE = "absolute-tolerance"
+DIGITS = "float32-coordinates"
 
 
 def cases() -> list[Case]:
     """Return the cases of stage S7."""
     result = CaseList("S7")
-    for part in (_nodes, _masses, _signs, _sums, _kinks, _penalties, _clamped, _tiny):
+    for part in (_nodes, _masses, _signs, _sums, _kinks, _penalties, _clamped, _tiny, _digits):
         part(result)
     return result
 
@@ -60,14 +62,21 @@ def random_multipliers(seed: int, count: int, size: float) -> list[float]:
     return [size * dyadic(random, 0.0, 1.0, 6) for _ in range(count)]
 
 
-def _add(result: CaseList, flags: str, grade: str, what: str, inputs: Inputs) -> None:
-    """Add a case with what the reference computes."""
-    found = evaluate(inputs)
+def _add(
+    result: CaseList,
+    flags: str,
+    grade: str,
+    what: str,
+    inputs: Inputs,
+    dtypes: tuple[str, ...] = DTYPES,
+) -> None:
+    """Add a case with what the reference computes; without float32, all inputs are exact."""
+    found = evaluate(inputs if "f4" in dtypes else exact_inputs(inputs))
     expected = {
         "value": values([found.value]),
         "gradient": values([a for vector in found.gradient for a in vector]),
     }
-    result.add(flags.split()[0], flags, grade, what, inputs, expected)
+    result.add(flags.split()[0], flags, grade, what, inputs, expected, dtypes)
 
 
 def _nodes(result: CaseList) -> None:
@@ -124,6 +133,10 @@ def _sums(result: CaseList) -> None:
     _add(result, SUMS, "medium", what, zone(733, 12, 12))
     what = "One vertex is in all of 240 impacts on 20 vertices: sums without atomics lose terms."
     _add(result, SUMS, "hard", what, zone(735, 240, 20))
+    what = "1100 impacts on 64 vertices: more than threads of the largest block."
+    inputs = random_zone(Random(737), 1100, 64, masses=(1.0, 0.5))
+    inputs = with_multipliers(inputs, random_multipliers(738, 1100, 1.0), 2.0)
+    _add(result, SUMS, "hard", what, inputs)
 
 
 def _kinks(result: CaseList) -> None:
@@ -197,3 +210,10 @@ def _tiny(result: CaseList) -> None:
     what = "A zone of a nanometre: all lengths are below 1e-9 m."
     inputs = with_multipliers(inputs, [0.0, 2.0**-30, 2.0**-29], 4.0)
     _add(result, ABSOLUTE, "hard", what, inputs)
+
+
+def _digits(result: CaseList) -> None:
+    inputs = random_zone(Random(771), 4, 8, masses=(1.0, 0.5))
+    inputs = with_multipliers(inputs, [0.75, 0.5, 0.0, 0.625], 3.0)
+    what = "All inputs have the digits of a float64; none of them may be kept in float32."
+    _add(result, DIGITS, "medium", what, with_all_digits(Random(772), inputs), ("f8",))

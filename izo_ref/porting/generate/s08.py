@@ -19,7 +19,13 @@ from izo_ref.porting.generate.lines import (
     with_search,
 )
 from izo_ref.porting.generate.s07 import random_multipliers, with_multipliers
-from izo_ref.porting.generate.small_zones import Inputs, float32, random_zone, zone_above_face
+from izo_ref.porting.generate.small_zones import (
+    Inputs,
+    float32,
+    random_zone,
+    with_all_digits,
+    zone_above_face,
+)
 from izo_ref.porting.reference.line_search import exact
 
 OF_ARMIJO = "armijo"
@@ -27,6 +33,8 @@ OF_WOLFE = "wolfe-gradient"
 OF_EXACT = "exact-search"
 NO_STEP = "no-step"
 CHANGE = "change-by-difference"
+ABSOLUTE = "absolute-tolerance"
+DIGITS = "float32-coordinates"
 SEVENTH = float32(0.7)
 
 
@@ -35,6 +43,8 @@ def cases() -> list[Case]:
     result = CaseList("S8")
     for part in (_armijo, _more_armijo, _exact, _wolfe, _no_steps, _changes, _near_minimum):
         part(result)
+    _tiny(result)
+    _digits(result)
     return result
 
 
@@ -159,6 +169,8 @@ def _wolfe(result: CaseList) -> None:
         "mu is 2^12: phi' rises steeply behind the kink, and the middle of the step is before it."
     )
     add("hard", what, _falling(2.0**12), 1.5)
+    what = "c_2 is 2^-4, and |phi'| at the first step is 5/64 of |phi'(0)|: not small enough."
+    add("medium", what, _held(), 1.078125, wolfe=2.0**-4)
 
 
 def _no_steps(result: CaseList) -> None:
@@ -179,6 +191,11 @@ def _no_steps(result: CaseList) -> None:
     add("hard", what, sideways, BACKTRACKING, smallest_step=3.0 * 2.0**-8)
     what = "phi'(0) is exactly 0, and the minimum is at 0."
     add("hard", what, sideways, EXACT)
+    nothing = [0.0 for _ in uphill]
+    what = "p is 0, as at a minimum: the change is 0, and the inequality is strict."
+    add("hard", what, nothing, BACKTRACKING, smallest_step=3.0 * 2.0**-8)
+    what = "p is 0, as at a minimum: any step will do, but Newton's is 0 / 0."
+    add("hard", what, nothing, EXACT)
 
 
 def _changes(result: CaseList) -> None:
@@ -211,3 +228,32 @@ def _near_minimum(result: CaseList) -> None:
     what = f"{what[:-1]}. Backtracking begins at four times the best step."
     searched = with_search(inputs, p, BACKTRACKING, first=first, armijo=0.25)
     add_search(result, CHANGE, "hard", what, searched)
+
+
+def _tiny(result: CaseList) -> None:
+    def add(grade: str, what: str, inputs: Inputs, search: str, factor: float) -> None:
+        p = downhill(inputs)
+        first = _best(inputs, p, factor)
+        add_search(result, ABSOLUTE, grade, what, with_search(inputs, p, search, first=first))
+
+    zone = zone_above_face([2.0**-24, -(2.0**-23)], 2.0**-20, fall=2.0**-21)
+    what = "A violation of 6e-8 m, as at the end of a solve: it is no less active."
+    add("easy", what, with_multipliers(zone, [0.0, 0.0], 64.0), EXACT, 1.0)
+    for grade, seed, size, search in (
+        ("medium", 841, 2.0**-30, EXACT),
+        ("hard", 843, 2.0**-40, BACKTRACKING),
+    ):
+        zone = random_zone(Random(seed), 6, 8, size=size)
+        inputs = with_multipliers(zone, random_multipliers(seed + 1, 6, size), 16.0)
+        what = f"A zone of {size:.0e} m: the steps are those of a zone of any size."
+        add(grade, what, inputs, search, 6.0)
+
+
+def _digits(result: CaseList) -> None:
+    random = Random(851)
+    inputs = _tangle(852, 4, 8, 3.0, masses=(1.0, 0.5))
+    what = "All inputs have the digits of a float64; none of them may be kept in float32."
+    for search in (EXACT, BACKTRACKING):
+        searched = with_search(inputs, downhill(inputs), search, shrink=SEVENTH)
+        add_search(result, DIGITS, "medium", what, with_all_digits(random, searched), ("f8",))
+        what = f"{what[:-1]}, not even the first step."

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from random import Random
 
-from izo_ref.porting.cases import Case
-from izo_ref.porting.generate.expected import CaseList, values
+from izo_ref.porting.cases import DTYPES, Case
+from izo_ref.porting.generate.expected import CaseList, exact_inputs, values
 from izo_ref.porting.generate.small_zones import dyadic
 from izo_ref.porting.reference.zone import updated
 
@@ -14,13 +14,14 @@ PENALTY = "penalty-scaling"
 KINK = "kink"
 SIGN = "constraint-sign"
 ABSOLUTE = "absolute-tolerance"
+DIGITS = "float32-coordinates"
 FLUSHED = 2.0**-128  # with this scale a float32 port may flush 2^-149 to zero
 
 
 def cases() -> list[Case]:
     """Return the cases of stage S9."""
     result = CaseList("S9")
-    for part in (_clamped, _penalties, _kinks, _signs, _tiny, _long):
+    for part in (_clamped, _penalties, _kinks, _signs, _tiny, _long, _digits):
         part(result)
     return result
 
@@ -32,12 +33,23 @@ def _add(
     what: str,
     numbers: tuple[list[float], list[float], float],
     least: float = 0.0,
+    dtypes: tuple[str, ...] = DTYPES,
 ) -> None:
-    """Add a case; `numbers` are the multipliers, the constraints and the penalty."""
+    """Add a case; `numbers` are the multipliers, the constraints and the penalty.
+
+    The update is also written l + mu max(c, -l / mu). Where l ends at 0, this form rounds the
+    quotient and the product, each by half a unit of l, so its error is l in place of 0.
+    """
     multipliers, c, penalty = numbers
     inputs = {"multipliers": multipliers, "constraints": c, "penalty": penalty}
-    expected = {"multipliers": values(updated(multipliers, c, penalty), least=least)}
-    result.add(flags.split()[0], flags, grade, what, inputs, expected)
+    known = inputs if "f4" in dtypes else exact_inputs(inputs)
+    wanted = values(updated(*known.values()), least=least)
+    wanted["scale"] = [
+        max(scale, abs(old)) if new == 0.0 else scale
+        for scale, new, old in zip(wanted["scale"], wanted["values"], multipliers, strict=True)
+    ]
+    expected = {"multipliers": wanted}
+    result.add(flags.split()[0], flags, grade, what, inputs, expected, dtypes)
 
 
 def _clamped(result: CaseList) -> None:
@@ -71,6 +83,8 @@ def _penalties(result: CaseList) -> None:
     _add(result, PENALTY, "hard", what, ([0.0, 2.0**20], [2.0**-40, -(2.0**-41)], 2.0**60))
     what = "mu is 2^-60: a large l stays as it is, and an l of 0 becomes tiny."
     _add(result, PENALTY, "hard", what, ([3.0, 0.0], [1.0, 1.0], 2.0**-60))
+    what = "mu is 2^30, and multipliers are huge: they are not cut off at a largest value."
+    _add(result, PENALTY, "hard", what, ([2.0**60, 0.0], [2.0**10, 2.0**20], 2.0**30))
 
 
 def _kinks(result: CaseList) -> None:
@@ -113,3 +127,17 @@ def _long(result: CaseList) -> None:
     multipliers = [0.0 if random.random() < 0.5 else m for m in multipliers]
     what = "65 impacts, about half of which have l = 0, as after the first update."
     _add(result, f"{CLAMP} {PENALTY} {SIGN}", "medium", what, (multipliers, c, 100.0))
+    multipliers = [dyadic(random, 0.0, 4.0, 6) for _ in range(1100)]
+    c = [dyadic(random, -1.0, 1.0, 8) for _ in range(1100)]
+    what = "1100 impacts: more than the threads of the largest block."
+    _add(result, f"{CLAMP} {PENALTY} {SIGN}", "hard", what, (multipliers, c, 3.0))
+
+
+def _digits(result: CaseList) -> None:
+    random = Random(902)
+    for number, name in enumerate(("multipliers", "constraints", "digits of the penalty")):
+        numbers = [[0.5, 1.0, 0.25], [0.5, -0.25, 0.125], [3.0]]
+        numbers[number] = [a + dyadic(random, 0.0, 2.0**-10, 48) for a in numbers[number]]
+        multipliers, c, (penalty,) = numbers
+        what = f"The {name} are beyond float32, and a port of float64 keeps them."
+        _add(result, DIGITS, "medium", what, (multipliers, c, penalty), dtypes=("f8",))

@@ -8,6 +8,7 @@ from decimal import Decimal
 from random import Random
 from typing import Any
 
+from izo_ref.porting.generate.zone_parts import unit
 from izo_ref.porting.reference.rounded import CONTEXT
 
 Inputs = dict[str, Any]
@@ -98,6 +99,25 @@ def random_zone(
         "thickness": size * MILLIMETRE,
         "positions": x,
     }
+
+
+def with_all_digits(random: Random, inputs: Inputs) -> Inputs:
+    """Return the inputs of a random zone without pinned vertices, changed beyond float32."""
+
+    def changed(number: float) -> float:
+        return number * (1.0 + dyadic(random, -1.0, 1.0, 26) * 2.0**-24)
+
+    result = {
+        name: [changed(a) if isinstance(a, float) else a for a in value]
+        if isinstance(value, list)
+        else (changed(value) if isinstance(value, float) else value)
+        for name, value in inputs.items()
+    }
+    impacts = range(len(inputs["nodes"]) // 4)
+    result["weights"] = [a for j in impacts for a in pair_weights(random, j % 2 == 1, 50)]
+    normals = [inputs["normals"][3 * j : 3 * j + 3] for j in impacts]
+    result["normals"] = [a for normal in normals for a in unit(*map(changed, normal))]
+    return result
 
 
 CORNERS = (-1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 0.0, 1.0, 0.0)
