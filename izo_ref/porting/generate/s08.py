@@ -171,6 +171,8 @@ def _wolfe(result: CaseList) -> None:
     add("hard", what, _falling(2.0**12), 1.5)
     what = "c_2 is 2^-4, and |phi'| at the first step is 5/64 of |phi'(0)|: not small enough."
     add("medium", what, _held(), 1.078125, wolfe=2.0**-4)
+    what = "c_2 is 1/4: phi' is small enough from 0.25 to 0.7 of the first step, not at its end."
+    add("easy", what, _held(), 3.71875, wolfe=0.25)
 
 
 def _no_steps(result: CaseList) -> None:
