@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import struct
+import sys
 from collections.abc import Iterator, Sequence
 from itertools import permutations
 from typing import Any, NamedTuple
@@ -25,6 +26,7 @@ SHORT = (6, 7, 8)  # digits of %f, %g and of careful float32s
 WIDER = EPS["f4"] / EPS["f8"]  # tolerances of float32 in those of float64
 BETTER = 2.0**12  # how much better than its tolerance a computation in float32 may be
 FLOAT32_AT_MOST = 1e-4  # relative error of a float32
+LARGEST = sys.float_info.max
 WIDE = 3  # a row of a vector
 FEW = 4  # elements of which every order is tried
 
@@ -105,7 +107,8 @@ def _answer_of(row: Row, field: Field) -> Answer | None:
 
 
 def _finite(values: Sequence[Any]) -> bool:
-    return all(isinstance(value, float | int) and math.isfinite(value) for value in values)
+    """Return whether all values are finite numbers that a float can hold."""
+    return all(isinstance(value, float | int) and abs(value) <= LARGEST for value in values)
 
 
 def is_zero(answer: Answer) -> bool:
@@ -123,7 +126,7 @@ def factor_of(answer: Answer) -> float | None:
     if not answer.is_clear(top):
         return None
     factor = answer.got[top] / answer.expected[top]
-    if factor == 0.0 or math.isclose(factor, 1.0, rel_tol=1e-6):
+    if factor == 0.0 or not math.isfinite(factor) or math.isclose(factor, 1.0, rel_tol=1e-6):
         return None
     slack = abs(factor) * ROOM + ROOM
     for i in indices:
@@ -159,7 +162,8 @@ def is_float32(answer: Answer) -> bool:
         if error > FLOAT32_AT_MOST * largest or (not tol and error):
             return False
     all_short = all(to_float32(number) == number for number in answer.got)
-    return max(ratios, default=0.0) < ROOM * WIDER and (all_short or max(ratios) > WIDER / BETTER)
+    worst = max(ratios, default=0.0)
+    return worst < ROOM * WIDER and (all_short or worst > WIDER / BETTER)
 
 
 def short_digits(answer: Answer) -> list[int]:

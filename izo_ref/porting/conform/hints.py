@@ -129,6 +129,8 @@ def _factor(answers: Sequence[Answer]) -> list[str]:
 def _named(factor: float) -> tuple[str, bool]:
     """Return a factor in words, and whether it is a simple one."""
     for number, form in ((factor, "{} times"), (1.0 / factor, "1/{} of")):
+        if not math.isfinite(number):  # the inverse of a number near the least float
+            continue
         whole = round(number)
         if 0 < abs(whole) <= LARGEST_NAMED and math.isclose(number, whole, rel_tol=SAME):
             text = form.format(abs(whole))
