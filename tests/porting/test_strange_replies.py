@@ -47,7 +47,14 @@ def changed(value, change, random):
     return change(value) if isinstance(value, int | float) else value
 
 
-@pytest.mark.parametrize("stage", [stage.name for stage in STAGES if stage.name != "S12"])
+def base_of(case):
+    """Return a reply whose numbers are changed; for whole steps, the proposed positions."""
+    if case.stage == "S12":
+        return {"free": 1, "positions": list(case.inputs["positions_t1"])}
+    return (right_reply(case) or {}).get("output", {})
+
+
+@pytest.mark.parametrize("stage", [stage.name for stage in STAGES])
 def test_strange_numbers_are_judged_and_reported(stage):
     random = Random(SEED)
     cases = [case for case in load_cases(stages=[stage]) if case.verdict == "valid"]
@@ -55,8 +62,9 @@ def test_strange_numbers_are_judged_and_reported(stage):
     for change in NUMBERS:
         rows = []
         for case in random.sample(cases, min(4, len(cases))):
-            output = (right_reply(case) or {}).get("output", {})
-            wrong = {name: changed(value, change, random) for name, value in output.items()}
+            wrong = {name: changed(value, change, random) for name, value in base_of(case).items()}
+            if stage == "S12":
+                wrong["free"] = 1
             reply = json.loads(json.dumps({"status": "ok", "output": wrong}))
             rows += [judged(Request(case, dtype), reply) for dtype in case.dtypes]
         report = Report(Run(port, tuple(rows)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import struct
 from fractions import Fraction
 from typing import Any
@@ -17,7 +18,7 @@ def judge_free_path(question: Question) -> list[Difference]:
         return [question.needs("free")]
     if question.replies["free"][0] != 1:
         return []
-    found = _pinned(question)
+    found = _too_large(question) or _pinned(question)
     found = found or _objective(question)
     return found or _certificate(question)
 
@@ -30,6 +31,15 @@ def to_dtype(number: float, dtype: str) -> float:
         return struct.unpack("<f", struct.pack("<f", number))[0]
     except OverflowError:
         return float("inf") if number > 0 else float("-inf")
+
+
+def _too_large(question: Question) -> list[Difference]:
+    """Check that the port's type can hold each coordinate."""
+    for i, got in enumerate(question.got):
+        if not math.isfinite(to_dtype(got, question.dtype)):
+            text = f"no number of type {question.dtype} is as large as {got!r}"
+            return [question.difference(text, i, None, got)]
+    return []
 
 
 def _pinned(question: Question) -> list[Difference]:
