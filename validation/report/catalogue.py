@@ -116,6 +116,14 @@ OTHERS = (
         ("mutants.json",),
         "mutants.md",
     ),
+    Report(
+        "vectors",
+        "Vectors",
+        "Whether the vectors of the porting kit alone notice these faults.",
+        f"{PROGRAM} mutants --vectors",
+        ("vectors.json",),
+        "vectors.md",
+    ),
 )
 REPORTS = (*STUDIES, *OTHERS)
 
