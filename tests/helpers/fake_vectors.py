@@ -1,10 +1,6 @@
 """A few cases of some stages, in the place of those that the generators make."""
 
-from pathlib import Path
-
-from izo_ref.porting import generate
 from izo_ref.porting.cases import Case
-from izo_ref.porting.stages import STAGES
 
 PAIR = {
     "is_edge_edge": 0,
@@ -108,10 +104,3 @@ def fake_cases():
             ),
         ],
     }
-
-
-def missing_generators():
-    """Return the stages that have no generator yet."""
-    folder = Path(generate.__file__).parent
-    names = {stage.name: folder / f"s{int(stage.name[1:]):02d}.py" for stage in STAGES}
-    return [name for name, path in names.items() if not path.is_file()]

@@ -11,7 +11,6 @@ from izo_ref.porting.files import CHECKOUT
 from izo_ref.porting.flags import FLAG, FLAGS, flags_of, flags_text
 from izo_ref.porting.generate.build import generated_cases
 from izo_ref.porting.stages import STAGES
-from tests.helpers.fake_vectors import missing_generators
 from validation import house
 
 # Every source that a text names; one that is not here has to be looked up before it is added.
@@ -76,7 +75,6 @@ def test_the_stored_file_is_what_the_dictionary_says():
     assert len(text.splitlines()) == len(FLAGS) + 2
 
 
-@pytest.mark.skipif(bool(missing_generators()), reason=f"no generator: {missing_generators()}")
 def test_each_flag_has_three_cases_one_easy_and_one_hard():
     cases = [case for found in generated_cases().values() for case in found]
     counts = Counter((flag, case.grade) for case in cases for flag in case.flags)
@@ -87,7 +85,6 @@ def test_each_flag_has_three_cases_one_easy_and_one_hard():
         assert grades["hard"], (flag, grades)
 
 
-@pytest.mark.skipif(bool(missing_generators()), reason=f"no generator: {missing_generators()}")
 def test_the_stages_of_a_flag_are_those_that_have_cases_of_it():
     cases = generated_cases()
     for flag in FLAGS:

@@ -26,14 +26,10 @@ from tests.helpers.fake_vectors import (
     case,
     exactly,
     fake_cases,
-    missing_generators,
     time_of_impact,
 )
 from validation import house
 
-ALL_THERE = pytest.mark.skipif(
-    bool(missing_generators()), reason=f"no generator: {missing_generators()}"
-)
 GOOD = time_of_impact("S2-face-01", PAIR)
 TIME = GOOD.expected["toi"]
 
@@ -306,13 +302,11 @@ def test_vectors_are_made_read_and_shown_without_numba():
     assert out.stdout.strip() == "False"
 
 
-@ALL_THERE
 def test_the_stored_files_are_those_that_the_generators_make():
     assert wrong_files(CHECKOUT) == []
     assert differences(contents(generated_cases()), CHECKOUT) == []
 
 
-@ALL_THERE
 def test_the_stored_cases_have_every_stage_and_grade():
     cases = load_cases()
     assert len(cases) >= 300

@@ -40,7 +40,7 @@ def page(rows_folder: Path, output: Path) -> Path:
         "Each deliberate fault was put alone into a copy of the repository. The tests that are "
         "named for the fault ran first; the rest of the suite ran only if those passed. Without "
         "any fault, these tests pass.",
-        f"**{_caught(rows)}** faults were caught, {_by_whole_suite(rows)} of them only by the "
+        f"**{caught(rows)}** faults were caught, {_by_whole_suite(rows)} of them only by the "
         "whole suite.",
         "## Faults that no test noticed",
         table(COLUMNS, survivors) if survivors else "None.",
@@ -57,10 +57,11 @@ def headlines(rows_folder: Path) -> list[Headline]:
         return []
     only = f"{_by_whole_suite(loaded.rows)} of them only by the whole suite; all others by the"
     sentence = f"{only} tests that are named for the fault."
-    return [Headline("Deliberate faults that the tests notice", _caught(loaded.rows), sentence)]
+    return [Headline("Deliberate faults that the tests notice", caught(loaded.rows), sentence)]
 
 
-def _caught(rows: list[Row]) -> str:
+def caught(rows: list[Row]) -> str:
+    """Return how many faults were caught, and of how many."""
     return f"{sum(row['caught'] for row in rows)} of {len(rows)}"
 
 

@@ -5,8 +5,9 @@ from pathlib import Path
 from validation import json_rows
 from validation.mutants.faults import FAULTS
 from validation.report.catalogue import Headline
+from validation.report.mutants import caught
 from validation.report.tables import NOT_MEASURED, header, table, write_page
-from validation.rows import Columns, Row
+from validation.rows import Columns
 
 TITLE = "Do the vectors alone notice deliberate faults?"
 FILE = "vectors.json"
@@ -47,7 +48,7 @@ def page(rows_folder: Path, output: Path) -> Path:
         "Each deliberate fault was put alone into a copy of the repository. Our own port, "
         "`tests/ports/own`, then answered the vectors from this copy, in pure Python. The harness "
         "and the judge ran from a copy without the fault.",
-        f"**{_caught(rows)}** faults were caught. {len(excused)} other faults are in code that no "
+        f"**{caught(rows)}** faults were caught. {len(excused)} other faults are in code that no "
         "answer of a stage shows, and the last table says why.",
         "## Faults that no vector noticed",
         table(COLUMNS, survivors) if survivors else "None.",
@@ -65,8 +66,4 @@ def headlines(rows_folder: Path) -> list[Headline]:
     if loaded is None:
         return []
     sentence = "The others of the list are in code that no answer of a stage shows."
-    return [Headline("Deliberate faults that the vectors notice", _caught(loaded.rows), sentence)]
-
-
-def _caught(rows: list[Row]) -> str:
-    return f"{sum(row['caught'] for row in rows)} of {len(rows)}"
+    return [Headline("Deliberate faults that the vectors notice", caught(loaded.rows), sentence)]

@@ -6,7 +6,6 @@ Each rule compares the answer with the expected one within a few tolerances of t
 from __future__ import annotations
 
 import math
-import struct
 import sys
 from collections.abc import Iterator, Sequence
 from itertools import permutations
@@ -17,7 +16,7 @@ from izo_ref.porting.conform.run import Row
 from izo_ref.porting.judge.measure import number_at, relative_tolerance
 from izo_ref.porting.judge.outcome import FAILED, WRONG, Question
 from izo_ref.porting.judge.reading import columns_of, read_output
-from izo_ref.porting.reference.rounded import EPS
+from izo_ref.porting.reference.rounded import EPS, to_float32
 from izo_ref.porting.stages import FLOAT, STAGE, Field
 
 ROOM = 4.0  # tolerances within which numbers count as the same
@@ -133,14 +132,6 @@ def factor_of(answer: Answer) -> float | None:
         if abs(answer.got[i] - factor * answer.expected[i]) > slack * answer.tolerances[i]:
             return None
     return factor
-
-
-def to_float32(number: float) -> float:
-    """Return the nearest float32; infinite if there is none."""
-    try:
-        return struct.unpack("<f", struct.pack("<f", number))[0]
-    except OverflowError:
-        return math.inf
 
 
 def is_float32(answer: Answer) -> bool:

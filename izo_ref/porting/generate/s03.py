@@ -20,7 +20,7 @@ from izo_ref.porting.generate.pairs import Named
 from izo_ref.porting.generate.s02 import pair_inputs
 from izo_ref.porting.reference.closest import Frame, frame
 from izo_ref.porting.reference.contact import meeting
-from izo_ref.porting.reference.rounded import EPS, is_float32
+from izo_ref.porting.reference.rounded import EPS, is_float32, to_float32
 
 # The scale bounds the rounding of one formula. There are others, with the same condition: areas
 # instead of Cramer's rule, interpolated positions instead of interpolated differences.
@@ -70,7 +70,7 @@ def cases() -> list[Case]:
 
 def float32_below(time: Any) -> float:
     """Return the largest float32 that is not after a time."""
-    number = struct.unpack("<f", struct.pack("<f", float(time)))[0]
+    number = to_float32(float(time))
     if number > time:
         (bits,) = struct.unpack("<i", struct.pack("<f", number))
         number = struct.unpack("<f", struct.pack("<i", bits - 1))[0]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Sequence
 from decimal import Decimal
 from random import Random
 from typing import Any
 
 from izo_ref.porting.generate.zone_parts import unit
-from izo_ref.porting.reference.rounded import CONTEXT
+from izo_ref.porting.reference.rounded import CONTEXT, to_float32
 
 Inputs = dict[str, Any]
 MILLIMETRE = 2.0**-10  # [m], about
@@ -17,7 +16,7 @@ MILLIMETRE = 2.0**-10  # [m], about
 
 def float32(number: float | Decimal) -> float:
     """Return the nearest float32, as a float."""
-    return struct.unpack("<f", struct.pack("<f", float(number)))[0]
+    return to_float32(float(number))
 
 
 def dyadic(random: Random, low: float, high: float, bits: int = 10) -> float:

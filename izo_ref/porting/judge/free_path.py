@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import struct
 from fractions import Fraction
 from typing import Any
 
 from izo_ref.porting.judge.geometry import dot, minus, vectors
 from izo_ref.porting.judge.measure import number_at, ratio
 from izo_ref.porting.judge.outcome import Difference, Question
+from izo_ref.porting.reference.rounded import to_float32
 
 
 def judge_free_path(question: Question) -> list[Difference]:
@@ -25,12 +25,7 @@ def judge_free_path(question: Question) -> list[Difference]:
 
 def to_dtype(number: float, dtype: str) -> float:
     """Return a float as the port's type holds it."""
-    if dtype == "f8":
-        return number
-    try:
-        return struct.unpack("<f", struct.pack("<f", number))[0]
-    except OverflowError:
-        return float("inf") if number > 0 else float("-inf")
+    return number if dtype == "f8" else to_float32(number)
 
 
 def _too_large(question: Question) -> list[Difference]:

@@ -15,6 +15,7 @@ Source: N. Higham, Accuracy and Stability of Numerical Algorithms (2002), sectio
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Iterable
 from decimal import Context, Decimal
@@ -72,12 +73,17 @@ class Decisions:
             decisions.closest = min(decisions.closest, closeness)
 
 
+def to_float32(number: float) -> float:
+    """Return the nearest float32, as a float; infinite if it is too large for one."""
+    try:
+        return struct.unpack("<f", struct.pack("<f", number))[0]
+    except OverflowError:
+        return math.copysign(math.inf, number)
+
+
 def is_float32(number: float) -> bool:
     """Return whether a number is a float32 as it stands."""
-    try:
-        return struct.unpack("<f", struct.pack("<f", number))[0] == number
-    except OverflowError:
-        return False
+    return to_float32(number) == number
 
 
 class Rounded:
