@@ -6,10 +6,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
+from izo_ref.detection.formulas.advance import advance
 from izo_ref.porting.generate.s02 import EARLY, MULTIPLE, cases
 from izo_ref.porting.reference.contact import Pair, cubic, meeting
 from tests.helpers.frames import APART, pair_of, right_answer
-from tests.ports.own.s02 import answer
+from tests.ports.own.s02 import answer, relative
 from validation.oracles.path import first_meeting
 
 CASES = cases()
@@ -210,6 +211,16 @@ def test_a_root_of_the_cubic_in_floats_is_within_the_tolerance(dtype, number):
         checked += 1
     assert checked > 30
     assert 0.01 < largest <= MULTIPLE  # neither too strict nor far from what happens
+
+
+def test_pairs_that_turn_past_each_other_take_the_steps_that_their_sentences_say():
+    found = [case for case in CASES if "step-cap" in case.flags]
+    assert found
+    for case in found:
+        start, end = (relative(case.inputs[name]) for name in ("start", "end"))
+        with np.errstate(all="ignore"):
+            steps = advance(bool(case.inputs["is_edge_edge"]), *start, *end)[3]
+        assert f" {steps} steps" in case.what
 
 
 def random_pairs():

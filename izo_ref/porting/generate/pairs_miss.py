@@ -1,7 +1,7 @@
 """Pairs that turn past each other closely: proving them apart takes many steps.
 
-They come from a search over 400,000 random pairs on coarse grids, for pairs that are apart and for
-which the proof of izo_ref takes the most steps. None was chosen by hand.
+They come from a search over 400,000 random pairs on coarse grids, in which 14 pairs that are apart
+needed more than eight steps of izo_ref's proof. A test holds the numbers of steps in the sentences.
 """
 
 from __future__ import annotations
