@@ -1,6 +1,8 @@
 """Run a whole step of a ladder, and compare what it claims with what is known."""
 
 import time
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,8 +47,8 @@ class Case(NamedTuple):
     thickness: float | None = None
     masses: AnyArray | None = None
     pinned: AnyArray | None = None
-    modes: dict[str, Any] = {}
-    options: dict[str, Any] = {}
+    modes: Mapping[str, Any] = MappingProxyType({})
+    options: Mapping[str, Any] = MappingProxyType({})
 
     def scene(self) -> Scene:
         """Return the scene.
@@ -91,7 +93,7 @@ def judge_step(case: Case, known: Known) -> list[Outcome]:
         Our outcome.
     """
     try:
-        result, seconds = _timed(case)
+        scene, result, seconds = _timed(case)
     except IzoError as error:
         status = type(error).__name__
         return [Outcome(RIGHT if status in known.statuses else SAYS_SO, status, note=str(error))]
@@ -99,7 +101,7 @@ def judge_step(case: Case, known: Known) -> list[Outcome]:
         return [Outcome(WRONG, f"exception {type(error).__name__}", note=str(error))]
     status = result.status.name
     error = _error(result, known)
-    refuted = _refuted(result)
+    refuted = _refuted(scene, result)
     if refuted:
         verdict = WRONG
     elif status not in known.statuses:
@@ -123,16 +125,17 @@ def judge_step(case: Case, known: Known) -> list[Outcome]:
     ]
 
 
-def _timed(case: Case) -> tuple[Result, float]:
+def _timed(case: Case) -> tuple[Scene, Result, float]:
     """Resolve a step, and again if that was fast, so that compiling does not count."""
-    options = Options(**case.options)
-    for _ in range(2):
-        begin = time.perf_counter()
-        result = resolve(case.scene(), case.thickness, options=options)
-        seconds = time.perf_counter() - begin
-        if seconds > REPEAT_BELOW_S:
-            break
-    return result, seconds
+    scene, result, seconds = _run(case)
+    return (scene, result, seconds) if seconds > REPEAT_BELOW_S else _run(case)
+
+
+def _run(case: Case) -> tuple[Scene, Result, float]:
+    begin = time.perf_counter()
+    scene = case.scene()
+    result = resolve(scene, case.thickness, options=Options(**case.options))
+    return scene, result, time.perf_counter() - begin
 
 
 def _error(result: Result, known: Known) -> float | None:
@@ -148,9 +151,8 @@ def _error(result: Result, known: Known) -> float | None:
     return None
 
 
-def _refuted(result: Result) -> str:
+def _refuted(scene: Scene, result: Result) -> str:
     """Return what is false of the result, in a sentence; an empty string if nothing is."""
-    scene = result.certificate.scene
     if not np.isfinite(result.positions).all():
         return "A position is not finite."
     if not (result.positions == scene.positions_t1)[scene.pinned].all():

@@ -8,7 +8,7 @@ import numpy as np
 from izo_ref.base.arrays import Floats
 from izo_ref.base.errors import IzoError
 from izo_ref.solvers.solve import solve_zone
-from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.problem import ZoneProblem, ZoneSolution
 from validation.ladders.ladder import NO_ANSWER, OWN, RIGHT, SAYS_SO, WRONG, Outcome
 from validation.oracles.answer import Answer, scaled_zone
 from validation.oracles.rational import ExactPoint, ExactZone, active_rows
@@ -53,7 +53,6 @@ def judge_zone(
     Returns:
         Our outcome, then those of the others.
     """
-    seconds, status, verdict = 0.0, "", ""
     try:
         solution, seconds = _timed(problem, settings)
     except IzoError as error:
@@ -90,15 +89,16 @@ def judge_zone(
     return [own, *rest]
 
 
-def _timed(problem: ZoneProblem, settings: dict[str, Any]) -> tuple[Any, float]:
+def _timed(problem: ZoneProblem, settings: dict[str, Any]) -> tuple[ZoneSolution, float]:
     """Solve a zone, and again if that was fast, so that compiling does not count."""
-    for _ in range(2):
-        begin = time.perf_counter()
-        solution = solve_zone(problem, **settings)
-        seconds = time.perf_counter() - begin
-        if seconds > REPEAT_BELOW_S:
-            break
-    return solution, seconds
+    solution, seconds = _run(problem, settings)
+    return (solution, seconds) if seconds > REPEAT_BELOW_S else _run(problem, settings)
+
+
+def _run(problem: ZoneProblem, settings: dict[str, Any]) -> tuple[ZoneSolution, float]:
+    begin = time.perf_counter()
+    solution = solve_zone(problem, **settings)
+    return solution, time.perf_counter() - begin
 
 
 def _error(zone: ExactZone, optimum: ExactPoint, displacements: Floats) -> float:
