@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 PASSED, FAILED, BAD_INPUT, PASSED_EXCEPT_EXCLUDED = 0, 1, 2, 3
 REPORTS = Path("reports")
+# Parts of the study of stability, which the help names without loading them.
+STABILITY = ("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry")
 PAGES_ONLY = "measure nothing; write the pages from the rows"
 
 
@@ -183,17 +185,21 @@ def _mutants_by_vectors(args: Namespace) -> int:
 
 
 def _readme(args: Namespace) -> int:
-    from validation.report import readme
+    from validation.report import limits_table, readme
 
-    text = readme.README.read_text()
-    expected = readme.with_figures(text)
-    if args.check:
-        if text != expected:
-            print(f"{readme.README}: the figures are not those of the rows", file=sys.stderr)
-        return PASSED if text == expected else FAILED
-    readme.README.write_text(expected)
-    print(readme.README)
-    return PASSED
+    pages = {readme.README: readme.with_figures, limits_table.PAGE: limits_table.with_borders}
+    same = True
+    for path, with_rows in pages.items():
+        text = path.read_text()
+        expected = with_rows(text)
+        if args.check and text != expected:
+            print(f"{path}: the figures are not those of the rows", file=sys.stderr)
+            same = False
+        elif not args.check:
+            with replacing(path) as file:
+                file.write(expected.encode())
+            print(path)
+    return PASSED if same else FAILED
 
 
 def _guide(args: Namespace) -> int:
@@ -233,6 +239,13 @@ def _cuda(args: Namespace) -> int:
     from validation.study import cuda
 
     return _study(args, "cuda", cuda.PARTS, report.page)
+
+
+def _stability(args: Namespace) -> int:
+    from validation.report import stability as report
+    from validation.study import stability
+
+    return _study(args, "stability", stability.PARTS, report.page)
 
 
 def _study(
@@ -295,7 +308,7 @@ def _parser() -> argparse.ArgumentParser:
     help_ = "reports, or reports/quick; its rows/ has the rows: delete them to measure again"
     sub.add_argument("--pages-only", action="store_true", help=PAGES_ONLY)
     sub.add_argument("-o", "--output", type=Path, metavar="FOLDER", help=help_)
-    help_ = "write the figures of all reports into reports/README.md"
+    help_ = "write the figures of all reports into reports/README.md, borders into docs/limits.md"
     sub = _add(commands, "readme", _readme, help_)
     sub.add_argument("--check", action="store_true", help="write nothing; fail if they differ")
     _add(commands, "guide", _guide, "write the tables of the stages into docs/porting-stages.md")
@@ -361,6 +374,10 @@ def _add_studies(commands: "Subparsers") -> None:
     sub = _add(studies, "cuda", _cuda, help_)
     parts = ("kernels", "detection", "zones", "steps", "launches", "memory")
     sub.add_argument("--only", choices=parts)
+    _add_report(sub)
+    help_ = "stiff and extreme cases: how far the method holds, and what it says beyond: stability/"
+    sub = _add(studies, "stability", _stability, help_)
+    sub.add_argument("--only", choices=STABILITY)
     _add_report(sub)
 
 

@@ -109,6 +109,14 @@ OTHERS = (
         "cuda/README.md",
     ),
     Report(
+        "stability",
+        "Stability",
+        "How far the method holds on stiff and extreme cases, and what the program says beyond.",
+        f"{PROGRAM} study stability",
+        ("stability/rows/*.csv",),
+        "stability/README.md",
+    ),
+    Report(
         "mutants",
         "Deliberate faults",
         "Whether the tests notice faults that were put into the code on purpose.",
