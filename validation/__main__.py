@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 PASSED, FAILED, BAD_INPUT, PASSED_EXCEPT_EXCLUDED = 0, 1, 2, 3
 REPORTS = Path("reports")
 # Parts of the study of stability, which the help names without loading them.
-STABILITY = ("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry")
+STABILITY = ("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry", "bounds")
 PAGES_ONLY = "measure nothing; write the pages from the rows"
 
 

@@ -14,8 +14,8 @@ from validation.report.stability_rows import (
     silent,
     without_answer,
 )
-from validation.report.tables import NOT_MEASURED, cell_text, run_table, table, write_page
-from validation.rows import Columns, Row, runs_of
+from validation.report.tables import NOT_MEASURED, cell_text, run_table, section, table, write_page
+from validation.rows import Columns, Row, read, runs_of
 from validation.study.stability import FAMILIES
 
 INTRO = (
@@ -50,6 +50,18 @@ CELLS: Columns = {
     "condition number": "condition",
     "note": "note",
 }
+BOUNDS: Columns = {
+    "bound": "bound",
+    "derived in": "file",
+    "largest error found / bound": "ratio",
+    "inputs tried": "tried",
+    "what it covers": "sentence",
+}
+BOUNDS_INTRO = (
+    "A search that climbs from random inputs looks for the largest error of each derived bound, "
+    "with exact arithmetic as the judge. Above 1 would refute the bound. Below 0.01, the bound "
+    "would be wider than it has to be, or the search too weak."
+)
 OTHERS: Columns = {
     "solver": "solver",
     "ladder": "ladder",
@@ -70,11 +82,14 @@ def page(rows_folder: Path, output: Path) -> Path:
     """
     found = all_measured(rows_folder)
     rows = [{"run": run} for part in found.values() for m in part for run in m.runs]
+    rows += read(rows_folder, "bounds")
     sections = ["# Stability: how far the method holds", INTRO, _summary(found)]
     sections.append(run_table(runs_of(rows_folder, rows)))
     for family in FAMILIES:
         sections += [f"## {TITLES[family]}", *_family(family, found.get(family, []), output)]
     sections += ["## Other solvers on the same rungs", _others(found)]
+    bounds = read(rows_folder, "bounds")
+    sections.append(section("Derived bounds of rounding", BOUNDS_INTRO, BOUNDS, bounds))
     return write_page(output / "README.md", sections)
 
 

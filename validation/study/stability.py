@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from izo_ref import resolve
+from validation.bounds.search import search
 from validation.ladders.judge_zone import judge_zone
 from validation.ladders.ladder import NO_ANSWER, OWN, VERDICTS, WRONG, Ladder, Outcome, Run, Rung
 from validation.limits import Limits, NotDecidedError, limited
@@ -24,6 +25,7 @@ from validation.study.parts import Part, Say
 # The families of ladders, each a module of `validation/ladders/`.
 FAMILIES = ("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry")
 KEYS = ("family", "ladder", "rung", "by")
+SEED = 20261129  # of the search for the largest errors
 MEMORY_BYTES = 4 << 30  # of one rung, in addition to what is in use
 
 
@@ -87,4 +89,28 @@ def _warm_up() -> None:
     judge_zone(random_zone(rng, 4))
 
 
-PARTS: dict[str, Part] = {family: partial(ladder_rows, family) for family in FAMILIES}
+def bound_rows(folder: Path, say: Say) -> None:
+    """Add the missing rows of the derived bounds: the largest error found over each."""
+    from validation.bounds import proofs, zones
+
+    rows = Rows(folder, "bounds", ("bound",))
+    for bound in (*proofs.BOUNDS, *zones.BOUNDS):
+        if rows.has(bound=bound.name):
+            continue
+        found = search(bound, SEED, bound.tries)
+        rows.add(
+            bound=bound.name,
+            file=bound.file,
+            sentence=bound.sentence,
+            ratio=found.ratio,
+            tried=found.tried,
+            seed=SEED,
+            worst=bound.written(found.worst),
+        )
+        say(f"bounds: {bound.name}: {found.ratio:.3g} of the bound")
+
+
+PARTS: dict[str, Part] = {
+    **{family: partial(ladder_rows, family) for family in FAMILIES},
+    "bounds": bound_rows,
+}
