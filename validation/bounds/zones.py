@@ -102,7 +102,7 @@ def _exact_rows(problem: ZoneProblem) -> list[dict[tuple[int, int], arb]]:
         row: dict[tuple[int, int], arb] = {}
         for node, weight in zip(nodes, weights, strict=True):
             for axis in range(3):
-                entry = arb(weight) * arb(normal[axis]) / arb(problem.masses[node]).sqrt()
+                entry = arb(weight) * arb(normal[axis]) / arb(float(problem.masses[node])).sqrt()
                 row[node, axis] = row.get((node, axis), arb(0)) + entry
         length = sum((v * v for v in row.values()), arb(0)).sqrt()
         rows.append({key: v / length for key, v in row.items()})
