@@ -238,8 +238,8 @@ BOUNDS = [
     bound_of_floats(
         "floor of the violation",
         "izo_ref/zones/serial/residuals.py",
-        "The violation of an exact optimum whose positions are rounded: 2 of 8 u by the positions, "
-        "the rest by the computation.",
+        "The violation of an exact optimum whose positions are rounded: all of the derivation, "
+        "30 of 32 u.",
         _floor_ratio,
         partial(_numbers, ZONE_NUMBERS),
     ),

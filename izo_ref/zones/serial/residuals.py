@@ -18,7 +18,7 @@ from izo_ref.base.arrays import (
 from izo_ref.base.compile import compiled
 
 # Bound of the rounding of a frozen gap, over the largest coordinate (`zones/residuals.py`).
-GAP_ROUNDING = 8.0 * math.sqrt(3.0) * 2.0**-53
+GAP_ROUNDING = 32.0 * math.sqrt(3.0) * 2.0**-53
 # The residuals that are infinite for a zone without numbers. The others are floors.
 N_INFINITE = 6
 
@@ -61,15 +61,16 @@ def residuals_of_zone(
     products, pushes, violation, largest, negative, coordinate = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for j in range(begin, end):
         clamped, slack = max(multipliers[j], 0.0), -thickness
-        for k in range(4):
-            node = nodes[j, k]
-            for axis in range(3):
-                # Positions relative to the first node give the same gap, because the weights sum
-                # to zero, and far from the origin they lose less to rounding.
-                arm = positions[node, axis] - positions[nodes[j, 0], axis]
-                slack += weights[j, k] * normals[j, axis] * arm
+        for axis in range(3):
+            # Positions relative to the first node give the same gap, because the weights sum to
+            # zero, and far from the origin they lose less to rounding.
+            component = 0.0
+            for k in range(4):
+                node = nodes[j, k]
+                component += weights[j, k] * (positions[node, axis] - positions[nodes[j, 0], axis])
                 forces[node, axis] += weights[j, k] * normals[j, axis] * clamped
                 coordinate = max(coordinate, abs(positions[node, axis]))
+            slack += normals[j, axis] * component
         products += clamped * abs(slack)
         pushes += clamped
         violation = max(violation, -slack)
