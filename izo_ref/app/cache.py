@@ -6,14 +6,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
-from izo_ref.base.errors import OptionError
+from izo_ref.base.compile import CACHE_FOLDER, anything_compiled, why_not_kept
+from izo_ref.base.errors import CacheFolderError, OptionError
 from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
 from izo_ref.solvers.solve import solve_zone
@@ -47,7 +47,11 @@ def folders() -> list[CacheFolder]:
 
 
 def _folder(path: Path) -> CacheFolder:
-    sizes = [file.stat().st_size for file in path.rglob("*") if file.is_file()]
+    sizes = []
+    for file in path.rglob("*"):
+        with suppress(FileNotFoundError):  # another process deletes or replaces it
+            if file.is_file():
+                sizes.append(file.stat().st_size)
     return CacheFolder(path, path == CACHE_FOLDER, len(sizes), sum(sizes))
 
 
@@ -100,8 +104,11 @@ def fill(names: Iterable[str], say: Callable[[str], object]) -> None:
 
     Raises:
         OptionError: A name is unknown.
-        RuntimeError: A process failed.
+        CacheFolderError: What is compiled would not be kept, or a process failed.
     """
+    reason = why_not_kept()
+    if reason is not None:
+        raise CacheFolderError(f"{CACHE_FOLDER}: what is compiled would not be kept: {reason}")
     names = list(names)
     unknown = [name for name in names if name not in TASKS]
     if unknown:
@@ -118,7 +125,8 @@ def fill(names: Iterable[str], say: Callable[[str], object]) -> None:
             if process.poll() is not None:
                 del running[name]
                 if process.returncode != 0:
-                    raise RuntimeError(
+                    _end(other for other, _ in running.values())
+                    raise CacheFolderError(
                         f"cache: compiling for {name} ended with exit code {process.returncode}"
                     )
                 say(f"{name}: {time.perf_counter() - begin:.1f} s")
@@ -147,14 +155,25 @@ def compiling_beside(name: str) -> Iterator[None]:
     Args:
         name: One of `TASKS`.
     """
-    if anything_compiled() or (os.cpu_count() or 1) < 2:
+    if anything_compiled() or why_not_kept() is not None or (os.cpu_count() or 1) < 2:
         yield
         return
-    process = _start(name)
+    process = None
+    with suppress(OSError):  # too little memory for another process: this one compiles it later
+        process = _start(name)
+    if process is None:
+        yield
+        return
     try:
         yield
         process.wait()
     finally:
+        _end([process])
+
+
+def _end(processes: Iterable[subprocess.Popen[bytes]]) -> None:
+    """End processes that still run."""
+    for process in processes:
         if process.poll() is None:
             process.kill()
             process.wait()

@@ -21,7 +21,7 @@ from izo_ref.app.summary import (
     result_summary,
 )
 from izo_ref.app.vectors_command import list_cases, make_vectors, show_case, verify_vectors
-from izo_ref.base.compile import CACHE_FOLDER, anything_compiled
+from izo_ref.base.compile import CACHE_FOLDER, anything_compiled, why_not_kept
 from izo_ref.base.errors import IzoError
 from izo_ref.base.options import Options
 from izo_ref.base.records import Status
@@ -167,7 +167,10 @@ def _show_cache(args: Arguments) -> int:
     for folder in folders():
         kind = "in use" if folder.current else "of other sources or versions"
         _say(f"{folder.path}: {folder.files} files, {folder.bytes / 1e6:.1f} MB, {kind}")
-    if not anything_compiled():
+    reason = why_not_kept()
+    if reason is not None:
+        _say(f"{CACHE_FOLDER}: not used: {reason}")
+    elif not anything_compiled():
         _say(f"{CACHE_FOLDER}: nothing is compiled yet; `izo cache fill` compiles what is needed")
     return FREE
 

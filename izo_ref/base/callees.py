@@ -11,24 +11,46 @@ re-orders nor contracts operations on floats if it is not allowed to.
 """
 
 import gc
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cached_property, partial
+from pathlib import Path
 from typing import Any
 
-from numba.core import types
-from numba.core.caching import FunctionCache
+from numba.core import config, types
+from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.compiler_machinery import FunctionPass, PassManager, register_pass
 from numba.core.registry import CPUDispatcher
 from numba.core.runtime.nrt import rtsys
+from numba.core.serialize import dumps
 from numba.core.typed_passes import NopythonTypeInference
+
+from izo_ref.base.kept_code import CodeFiles, Place
 
 # A compiler makes many objects and keeps most of them until it ends, so searching for garbage in
 # between is in vain. With the default threshold of 700 new objects a search, the searches take an
 # eighth of the compile time. This many times the threshold takes 20 MB more memory.
 RARELY = 100
+
+
+@contextmanager
+def setting(config: Any, name: str, value: Any) -> Iterator[None]:
+    """Change a setting of numba while a block runs.
+
+    Args:
+        config: `numba.core.config`, or that of numba-cuda.
+        name: The setting.
+        value: Its value in the block.
+    """
+    before = getattr(config, name)
+    setattr(config, name, value)
+    try:
+        yield
+    finally:
+        setattr(config, name, before)
 
 
 class _NoEnvironment:
@@ -84,8 +106,31 @@ class _InnerCompiler(CompilerBase):
         return [passes]
 
 
+class _CacheImpl(CompileResultCacheImpl):
+    """What numba does to keep code on the disk, with a folder of ours."""
+
+    def __init__(self, function: Any, folder: Path) -> None:
+        """Take this folder alone, whatever numba's variables of the environment say."""
+        self._locator_classes = [Place(folder)]
+        with setting(config, "CACHE_LOCATOR_CLASSES", ""):
+            super().__init__(function)
+
+
 class _Cache(FunctionCache):
-    """Compiled code on the disk that is loaded without all that compiling needs."""
+    """Compiled code on the disk that is loaded without all that compiling needs.
+
+    Args:
+        function: The function.
+        folder: Folder of all compiled code.
+    """
+
+    def __init__(self, function: Any, folder: Path) -> None:
+        """Read nothing yet."""
+        self._impl_class = partial(_CacheImpl, folder=folder)
+        super().__init__(function)
+        impl = self._impl
+        stamp = impl.locator.get_source_stamp()
+        self._cache_file = CodeFiles(self.cache_path, impl.filename_base, stamp, dumps)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load the code of a signature, or return None.
@@ -122,9 +167,10 @@ class Function(CPUDispatcher):
             finally:
                 gc.set_threshold(*threshold)
 
-    def enable_caching(self) -> None:
-        """Keep compiled code on the disk."""
-        self._cache = _Cache(self.py_func)
+    def keep_in(self, folder: Path) -> None:
+        """Keep compiled code on the disk, in a folder of this folder."""
+        if Path(self.py_func.__code__.co_filename).is_file():  # else nothing says if it is stale
+            self._cache = _Cache(self.py_func, folder)
 
     @property
     def _numba_type_(self) -> types.Dispatcher:

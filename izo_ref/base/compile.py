@@ -6,9 +6,9 @@
 * `fastmath` is off. It would drop the checks for NaN and re-order sums, and the rounding bounds of
   `formulas/` are proved for the written order.
 * `error_model="numpy"`: x / 0.0 is inf or NaN on every target, instead of an exception.
-* Compiled code is kept on disk. numba's cache does not see edits in imported files, so the name of
-  the folder is a digest of the versions and of all sources of the package, except those of folders
-  that compiled code never calls.
+* Compiled code is kept on disk, if the folder belongs to the user (`kept_code.py`). A file knows
+  nothing of edits in files that its source imports. So the name of the folder is a digest of the
+  versions and of all sources of the package, except of folders that compiled code never calls.
 """
 
 from __future__ import annotations
@@ -17,9 +17,7 @@ import functools
 import hashlib
 import os
 import platform
-import uuid
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -29,6 +27,8 @@ import numpy as np
 from numba.core import config
 
 from izo_ref.base import callees
+from izo_ref.base.kept_code import say_not_kept
+from izo_ref.base.own_folder import why_unsafe
 from izo_ref.base.threads import share
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -44,8 +44,6 @@ OPTIONS = {
 
 # Nothing that is compiled imports these folders, so their edits leave compiled code as it is.
 NEVER_COMPILED = ("app", "porting")
-# It is in the names of the files with compiled code that this process writes.
-_PROCESS = uuid.uuid4().hex[:12]
 
 
 def _cache_folder() -> Path:
@@ -57,28 +55,31 @@ def _cache_folder() -> Path:
         if source.relative_to(package).parts[0] in NEVER_COMPILED:
             continue
         digest.update(str(source.relative_to(package)).encode() + b"\0" + source.read_bytes())
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "izo_ref" / digest.hexdigest()[:16]
+    return _base() / "izo_ref" / digest.hexdigest()[:16]
 
 
-@contextmanager
-def setting(config: Any, name: str, value: Any) -> Iterator[None]:
-    """Change a setting of numba while a block runs.
-
-    Args:
-        config: `numba.core.config`, or that of numba-cuda.
-        name: The setting.
-        value: Its value in the block.
-    """
-    before = getattr(config, name)
-    setattr(config, name, value)
+def _base() -> Path:
+    """Return the folder of all programs' caches."""
+    named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if named.is_absolute():  # other names are to be ignored, the standard of this variable says
+        return named
     try:
-        yield
-    finally:
-        setattr(config, name, before)
+        return Path.home() / ".cache"
+    except RuntimeError:  # a user without a name and a home, in a container
+        return Path("/.cache")
 
 
 CACHE_FOLDER = _cache_folder()
+
+
+@functools.cache
+def why_not_kept() -> str | None:
+    """Say why compiled code is neither loaded nor kept; None if it is.
+
+    The folder has to belong to the user, because who writes to it can run code in the name of who
+    loads it. `own_folder.py` has the rule.
+    """
+    return why_unsafe(CACHE_FOLDER)
 
 
 def anything_compiled() -> bool:
@@ -96,24 +97,11 @@ def _compile(function: Function, **options: Any) -> Function:
 
 
 def _keep_on_disk(dispatcher: Any) -> None:
-    with setting(config, "CACHE_DIR", str(CACHE_FOLDER)):  # numba reads it in the next line
-        dispatcher.enable_caching()
-    name_files_by_process(dispatcher)
-
-
-def name_files_by_process(dispatcher: Any) -> None:
-    """Give the files with compiled code names that no other process uses.
-
-    numba numbers these files by the index of the function. Two processes that save two signatures
-    of one function at the same moment would write the same file, and its code would later be loaded
-    for the wrong signature. With names of their own, at most one entry of the index is lost, and
-    that signature is compiled again. numba-cuda numbers its files in the same way.
-
-    Args:
-        dispatcher: The compiled function, of numba or of numba-cuda.
-    """
-    files = dispatcher._cache._cache_file
-    files._data_name_pattern = files._data_name_pattern.replace("{number", _PROCESS + "-{number")
+    reason = why_not_kept()
+    if reason is None:
+        dispatcher.keep_in(CACHE_FOLDER)
+    else:
+        say_not_kept(reason)
 
 
 def compiled(function: Function) -> Function:

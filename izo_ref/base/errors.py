@@ -74,5 +74,9 @@ class FileFormatError(IzoError):
     """A file cannot be read or written, or does not hold what it should."""
 
 
+class CacheFolderError(IzoError):
+    """The folder of compiled code cannot be used, or what has to fill it failed."""
+
+
 class VectorsError(IzoError):
     """Vectors of the porting kit are missing or damaged, or a generator made a wrong one."""

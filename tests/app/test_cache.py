@@ -8,6 +8,7 @@ import pytest
 
 from izo_ref.app import cache
 from izo_ref.app.cli import main
+from izo_ref.base.errors import CacheFolderError
 
 
 @pytest.fixture
@@ -53,7 +54,7 @@ def test_each_task_runs(name):
 def test_a_failed_task_raises_an_error_with_its_name(monkeypatch):
     broken = subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"])
     monkeypatch.setattr(cache, "_start", lambda name: broken)
-    with pytest.raises(RuntimeError, match="detection"):
+    with pytest.raises(CacheFolderError, match="detection"):
         cache.fill(["detection"], print)
 
 

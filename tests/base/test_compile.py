@@ -126,7 +126,7 @@ def test_processes_that_save_at_the_same_time_write_different_files(tmp_path):
 def test_files_of_cuda_kernels_are_named_by_the_process_too():
     code = (
         "from izo_ref.base.cuda.arrays import fill;"
-        "print(fill._dispatcher._cache._cache_file._data_name_pattern)"
+        "print(fill._dispatcher._cache._cache_file._numbered(1))"
     )
 
     def pattern():

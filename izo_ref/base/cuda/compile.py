@@ -7,12 +7,15 @@ may differ from those of the CPU.
 """
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 from numba import cuda
 from numba.cuda.core import config
 
-from izo_ref.base.compile import CACHE_FOLDER, name_files_by_process, setting
+from izo_ref.base.callees import setting
+from izo_ref.base.compile import CACHE_FOLDER, why_not_kept
+from izo_ref.base.kept_code import CodeFiles, Place, say_not_kept
 
 THREADS = 128  # threads of a block, where a kernel asks for no other number
 
@@ -20,6 +23,43 @@ THREADS = 128  # threads of a block, where a kernel asks for no other number
 def device_function(function: Callable[..., Any]) -> Callable[..., Any]:
     """Compile a function that only kernels of a GPU call."""
     return cuda.jit(function, device=True, fastmath=False)
+
+
+def keep_on_disk(dispatcher: Any) -> None:
+    """Keep the compiled code of a kernel on disk, in the way of the CPU's: `base/kept_code.py`.
+
+    Args:
+        dispatcher: The kernel, of numba-cuda.
+    """
+    reason = why_not_kept()
+    if reason is None:
+        dispatcher._cache = _cache_class()(dispatcher.py_func)
+    else:
+        say_not_kept(reason)
+
+
+@cache
+def _cache_class() -> Callable[[Any], Any]:
+    """Return numba-cuda's class for kernels on disk, with our folder and our files.
+
+    The simulator has no such class, so it is made when it is first needed.
+    """
+    from numba.cuda import dispatcher, serialize
+
+    class Implementation(dispatcher.CUDACacheImpl):
+        _locator_classes = (Place(CACHE_FOLDER / "cuda"),)
+
+    class KeptKernels(dispatcher.CUDACache):
+        _impl_class = Implementation
+
+        def __init__(self, function: Any) -> None:
+            super().__init__(function)
+            locator, name = self._impl.locator, self._impl.filename_base
+            self._cache_file = CodeFiles(
+                self.cache_path, name, locator.get_source_stamp(), serialize.dumps
+            )
+
+    return KeptKernels
 
 
 class Kernel:
@@ -34,10 +74,9 @@ class Kernel:
     def __init__(self, function: Callable[..., None]) -> None:
         """Prepare a function; it is compiled when it is first launched."""
         self.function = function
-        with setting(config, "CACHE_DIR", str(CACHE_FOLDER / "cuda")):
-            self._dispatcher = cuda.jit(function, fastmath=False, cache=True)
+        self._dispatcher = cuda.jit(function, fastmath=False)
         if not config.ENABLE_CUDASIM:  # the simulator compiles nothing
-            name_files_by_process(self._dispatcher)
+            keep_on_disk(self._dispatcher)
 
     def __getitem__(self, n_threads: int) -> Callable[..., None]:
         """Return the launch on n threads, in blocks of `THREADS`."""
