@@ -40,7 +40,7 @@ class _Launch:
         self._parts, self._unfinished = iter(parts), count(len(parts) - 1, -1)
         self._finished = threading.Lock()
         self._finished.acquire()
-        self._errors: list[BaseException] = []
+        self._error: BaseException | None = None
 
     def work(self) -> None:
         """Take parts until none is left."""
@@ -48,15 +48,16 @@ class _Launch:
             try:
                 self._kernel(part.start, part.stop, *self._arguments)
             except BaseException as error:
-                self._errors.append(error)
-            if next(self._unfinished) == 0:
-                self._finished.release()
+                self._error = error  # needs no memory, which may be what is missing
+            finally:
+                if next(self._unfinished) == 0:
+                    self._finished.release()
 
     def wait(self) -> None:
         """Wait until each part is finished, and raise what a thread raised."""
         self._finished.acquire()
-        if self._errors:
-            raise self._errors[0]
+        if self._error is not None:
+            raise self._error
 
 
 class _Helpers:
@@ -69,11 +70,15 @@ class _Helpers:
         self._n = 0
 
     def join(self, launch: _Launch, n: int) -> None:
-        """Let n helpers join a launch."""
+        """Let n helpers join a launch, or as many as the system can start."""
         with self._starting:
-            for _ in range(n - self._n):
-                threading.Thread(target=self._help, name="izo_ref", daemon=True).start()
+            while self._n < n:
+                try:
+                    threading.Thread(target=self._help, name="izo_ref", daemon=True).start()
+                except RuntimeError:  # too little memory, or too many threads: others do the work
+                    break
                 self._n += 1
+            n = min(n, self._n)
         for _ in range(n):
             self._orders.put(launch)
 
