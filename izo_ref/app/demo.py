@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from izo_ref.app.files import FilePath, replacing
+from izo_ref.app.files import FilePath, make_folder, replacing
 from izo_ref.app.picture import draw
 from izo_ref.base.arrays import AnyArray, AnyInts, Flags, Floats, Positions
 from izo_ref.detection.intersections import find_intersections
@@ -109,7 +109,7 @@ def write_demo(
         FileFormatError: A file cannot be written.
     """
     folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    make_folder(folder)
     scene, face_body = demo_scene()
     result = resolve(scene, THICKNESS_M, on_iteration=on_iteration)
     crossing: dict[str, int] = {}

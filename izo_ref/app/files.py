@@ -7,9 +7,9 @@ zones again: `thickness` [m], `multipliers` (k,) [kg] and the impacts, `impact_n
 `impact_is_edge_edge` (k,), `impact_toi` (k,), `impact_weights` (k, 4) and `impact_normals` (k, 3).
 """
 
+import io
 import json
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -20,6 +20,7 @@ import numpy as np
 from izo_ref.base.arrays import Multipliers, Positions
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.records import Impacts
+from izo_ref.base.whole_files import write_whole
 from izo_ref.scene import Scene
 
 REQUIRED = ("positions_t0", "positions_t1", "faces")
@@ -191,8 +192,7 @@ def save_json(path: FilePath, content: Any) -> None:
     Raises:
         FileFormatError: The file cannot be written.
     """
-    with replacing(path) as file:
-        file.write((json.dumps(content, indent=1) + "\n").encode())
+    save_text(path, json.dumps(content, indent=1) + "\n")
 
 
 def check_writable(path: FilePath) -> None:
@@ -204,13 +204,47 @@ def check_writable(path: FilePath) -> None:
     Raises:
         FileFormatError: The file cannot be written; says why.
     """
-    folder = Path(path).parent
-    if Path(path).is_dir():
-        raise FileFormatError(f"{path}: cannot be written: it is a folder; name a file in it")
-    if not folder.is_dir():
-        raise FileFormatError(f"{path}: cannot be written: there is no folder {folder}; create it")
-    if not os.access(folder, os.W_OK):
-        raise FileFormatError(f"{path}: cannot be written: no permission to write to {folder}")
+    real = Path(os.path.realpath(path))
+    problem = None
+    try:
+        if real.is_dir():
+            problem = "it is a folder; name a file in it"
+        elif not real.parent.is_dir():
+            problem = f"there is no folder {_folder_of(path, real)}; create it"
+        elif real.exists() and not os.access(real, os.W_OK):
+            problem = "the file there is read-only"
+        elif not _is_special(real) and not os.access(real.parent, os.W_OK | os.X_OK):
+            problem = f"no permission to write to {_folder_of(path, real)}"
+    except OSError as error:  # such as a name that is too long
+        problem = error.strerror or str(error)
+    if problem is not None:
+        raise FileFormatError(f"{path}: cannot be written: {problem}")
+
+
+def _folder_of(path: FilePath, real: Path) -> Path:
+    """Return the folder of a file, as the user named it if it is no link."""
+    return real.parent if Path(path).is_symlink() else Path(path).parent
+
+
+def _is_special(path: Path) -> bool:
+    """Return whether a path is a device or a pipe, such as `/dev/null`, which holds no file."""
+    return path.exists() and not path.is_file() and not path.is_dir()
+
+
+def make_folder(path: FilePath) -> None:
+    """Create a folder for outputs, and those above it, unless it exists; check that it is writable.
+
+    Raises:
+        FileFormatError: It cannot be created, or nothing can be written to it.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise FileFormatError(f"{path}: expected a folder, found a file") from None
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be created: {error.strerror or error}") from None
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise FileFormatError(f"{path}: no permission to write to this folder")
 
 
 def check_outputs(inputs: dict[str, FilePath | None], outputs: dict[str, FilePath | None]) -> None:
@@ -229,6 +263,8 @@ def check_outputs(inputs: dict[str, FilePath | None], outputs: dict[str, FilePat
         if path is None:
             continue
         check_writable(path)
+        if _is_special(Path(path)):
+            continue  # nothing is lost there
         other = names.setdefault(_real(path), name)
         if other != name:
             raise FileFormatError(
@@ -295,7 +331,9 @@ def _require_archive(path: FilePath, begin: bytes) -> None:
 
 @contextmanager
 def replacing(path: FilePath) -> Iterator[BinaryIO]:
-    """Open a new file that takes the place of `path` when the block ends without an error.
+    """Collect the content of a file, which takes the place of `path` when the block ends.
+
+    If the block raises an error, or the file cannot be written, an old file stays as it was.
 
     Args:
         path: The file to write or to replace.
@@ -303,23 +341,19 @@ def replacing(path: FilePath) -> Iterator[BinaryIO]:
     Raises:
         FileFormatError: The file cannot be written.
     """
-    path = Path(path)
+    content = io.BytesIO()
+    yield content
     try:
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name)
+        write_whole(path, content.getbuffer())
     except OSError as error:
-        raise FileFormatError(f"{path}: cannot be written: {error.strerror}") from None
-    try:
-        with os.fdopen(handle, "wb") as file:
-            yield file
-        os.chmod(name, 0o666 & ~_umask())
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise
+        raise FileFormatError(f"{path}: cannot be written: {error.strerror or error}") from None
 
 
-def _umask() -> int:
-    """Return the permissions that new files do not get."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+def save_text(path: FilePath, text: str) -> None:
+    """Write a text; the file appears whole or not at all.
+
+    Raises:
+        FileFormatError: The file cannot be written.
+    """
+    with replacing(path) as file:
+        file.write(text.encode())

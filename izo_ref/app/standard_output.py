@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Any, TextIO
 
 from izo_ref.app.files import FilePath, check_outputs, replacing
+from izo_ref.app.process import output_is_closed
 from izo_ref.base.errors import OptionError
 
 STANDARD_OUTPUT = "-"
@@ -23,7 +24,7 @@ def check_reports(inputs: Mapping[str, str | None], outputs: Mapping[str, str | 
 
     Raises:
         FileFormatError: A file cannot be written, or two of the files are the same.
-        OptionError: Two reports would go to the standard output.
+        OptionError: Two reports would go to the standard output, or one and it is closed.
     """
     names = [name for name, path in outputs.items() if path == STANDARD_OUTPUT]
     if len(names) > 1:
@@ -31,6 +32,8 @@ def check_reports(inputs: Mapping[str, str | None], outputs: Mapping[str, str | 
             f"{' and '.join(names)}: only one report can go to the standard output; name a file "
             "for the other"
         )
+    if names and output_is_closed():
+        raise OptionError(f"{names[0]}: the standard output is closed; name a file")
     files: dict[str, FilePath | None] = {
         name: path for name, path in outputs.items() if name not in names
     }

@@ -1,5 +1,7 @@
 """The folder of a trace: one .npy file for each array, and `index.json`, which is written last.
 
+Each file appears whole or not at all.
+
 A trace of a run, and the dump that a porter writes, have the same layout and the same names, those
 of `stages.py`:
 
@@ -19,6 +21,7 @@ The kinds of iterations are in KINDS. `index.json` says of which kind each one i
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
@@ -28,6 +31,7 @@ from typing import Any
 import numpy as np
 
 from izo_ref.base.errors import FileFormatError
+from izo_ref.base.whole_files import write_whole
 
 INDEX = "index.json"
 VERSION = 1  # of the layout
@@ -80,10 +84,9 @@ class TraceFolder:
         self._make(self.path / place)
         for name, values in arrays.items():
             array, key = np.asarray(values), f"{place}/{name}"
-            try:
-                np.save(self.path / f"{key}.npy", array, allow_pickle=False)
-            except OSError as error:
-                raise _cannot_write(self.path, error) from None
+            content = io.BytesIO()
+            np.save(content, array, allow_pickle=False)
+            self._write_file(f"{key}.npy", content.getbuffer())
             what = {"dtype": array.dtype.str, "shape": list(array.shape)}
             self._arrays[key] = what | ({"unit": UNITS[name]} if name in UNITS else {})
 
@@ -97,11 +100,12 @@ class TraceFolder:
             FileFormatError: It cannot be written.
         """
         content = {"trace": VERSION, **facts, "kinds": KINDS, "arrays": self._arrays}
-        unfinished = self.path / f".{INDEX}"
+        text = json.dumps(_plain(content), indent=1, allow_nan=False)
+        self._write_file(INDEX, (text + "\n").encode())
+
+    def _write_file(self, name: str, content: bytes | memoryview) -> None:
         try:
-            text = json.dumps(_plain(content), indent=1, allow_nan=False)
-            unfinished.write_text(text + "\n")
-            os.replace(unfinished, self.path / INDEX)
+            write_whole(self.path / name, content)
         except OSError as error:
             raise _cannot_write(self.path, error) from None
 

@@ -7,8 +7,6 @@ folder without writing anything.
 from __future__ import annotations
 
 import os
-import shutil
-import tempfile
 from collections.abc import Iterable, Mapping
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +22,7 @@ from izo_ref.porting.lines import one_a_line
 from izo_ref.porting.npy import npy_bytes
 from izo_ref.porting.schema import schema_text
 from izo_ref.porting.stages import STAGES
+from izo_ref.porting.whole_folder import replace_folder
 
 LARGEST = 10_000_000  # bytes of all files together
 
@@ -125,32 +124,9 @@ def write_folder(files: Contents, folder: Path) -> None:
     if not folder.absolute().parent.is_dir():
         raise VectorsError(f"{folder}: cannot be written: create the folder above it first")
     try:
-        new = Path(tempfile.mkdtemp(dir=folder.absolute().parent, prefix=f".{folder.name}-"))
+        replace_folder(files, Path(os.path.realpath(folder)))
     except OSError as error:
-        raise VectorsError(f"{folder}: cannot be written: {error.strerror}") from None
-    try:
-        made = new / "new"
-        made.mkdir()
-        for name, content in files.items():
-            (made / name).write_bytes(content)
-        _put_in_place(made, folder, new / "old")
-    except OSError as error:
-        raise VectorsError(f"{folder}: cannot be written: {error.strerror}") from None
-    finally:
-        shutil.rmtree(new, ignore_errors=True)
-
-
-def _put_in_place(made: Path, folder: Path, old: Path) -> None:
-    """Rename a new folder to the name of another one, which comes back if that fails."""
-    if not folder.exists():
-        os.rename(made, folder)
-        return
-    os.rename(folder, old)
-    try:
-        os.rename(made, folder)
-    except BaseException:
-        os.rename(old, folder)
-        raise
+        raise VectorsError(f"{folder}: cannot be written: {error.strerror or error}") from None
 
 
 def _require_vectors_alone(folder: Path) -> None:
