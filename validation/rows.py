@@ -137,7 +137,7 @@ def begin_run(folder: Path | str, command: str, quick: bool) -> int:
     made = {**provenance.made_by(command)._asdict(), "quick": bool(quick)}
     if before and all(before[-1][name] == value for name, value in made.items()):
         return before[-1]["run"]
-    if not before:
+    if not _lines(path)[0]:
         _append(path, RUN_COLUMNS)
     started = datetime.now(UTC).isoformat(timespec="seconds")
     row = {"run": len(before) + 1, **made, "started": started}
@@ -183,8 +183,20 @@ def _line(cells: Iterable[str]) -> str:
 
 
 def _append(path: Path, cells: Iterable[str]) -> None:
-    with open(path, "a", encoding="utf-8", newline="") as file:
-        file.write(_line(cells))
+    """Add a line to a file; if that fails, the file is as it was.
+
+    Raises:
+        OSError: The line cannot be written, for example because the disk is full.
+    """
+    with open(path, "ab", buffering=0) as file:
+        before = file.tell()
+        try:
+            line = memoryview(_line(cells).encode())
+            while line:
+                line = line[file.write(line) :]
+        except OSError as error:
+            file.truncate(before)
+            raise OSError(error.errno, error.strerror, str(path)) from None
 
 
 def _whole_lines(path: Path) -> str:
