@@ -7,7 +7,14 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from izo_ref.app.files import check_outputs, check_writable, replacing, save_json
+from izo_ref.app.files import (
+    check_outputs,
+    check_writable,
+    make_folder,
+    replacing,
+    save_json,
+    save_text,
+)
 from izo_ref.app.flags import add_scene_flags, scene_modes, with_flags
 from izo_ref.app.process import run_and_exit
 from izo_ref.base.errors import IzoError
@@ -158,7 +165,7 @@ def _house(args: Namespace) -> int:
     print(house.picture(), house.summary(), sep="\n\n")
     if args.write:
         readme = house.ROOT / "README.md"
-        readme.write_text(house.with_picture(readme.read_text()))
+        save_text(readme, house.with_picture(readme.read_text()))
     return PASSED
 
 
@@ -196,8 +203,7 @@ def _readme(args: Namespace) -> int:
             print(f"{path}: the figures are not those of the rows", file=sys.stderr)
             same = False
         elif not args.check:
-            with replacing(path) as file:
-                file.write(expected.encode())
+            save_text(path, expected)
             print(path)
     return PASSED if same else FAILED
 
@@ -207,7 +213,7 @@ def _guide(args: Namespace) -> int:
     from validation.provenance import ROOT
 
     guide = ROOT / "docs" / "porting-stages.md"
-    guide.write_text(with_tables(guide.read_text()))
+    save_text(guide, with_tables(guide.read_text()))
     print(guide)
     return PASSED
 
@@ -219,7 +225,7 @@ def _report(args: Namespace) -> int:
     words += ["--quick"] if args.quick else []
     words += ["--only", args.only] if args.only else []
     output = args.output or (REPORTS / "quick" if args.quick else REPORTS)
-    output.mkdir(parents=True, exist_ok=True)
+    make_folder(output)
     check_writable(output / "index.html")
     print(write_report(output, " ".join(words), args.quick, args.only, args.pages_only, _say_line))
     return PASSED
@@ -382,4 +388,4 @@ def _add_studies(commands: "Subparsers") -> None:
 
 
 if __name__ == "__main__":
-    run_and_exit(main)
+    run_and_exit(main, "validation")

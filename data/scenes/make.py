@@ -113,8 +113,10 @@ def _write(names, keep_meshes):
         index[name] = _entry(name, mesh, each)
         print(name, json.dumps(index[name]["steps"]), flush=True)
     ordered = {name: index[name] for name in SCENES if name in index}
-    INDEX.write_text(json.dumps(ordered, indent=1) + "\n")
-    README.write_text(_with_table(README.read_text(), ordered))
+    from izo_ref.app.files import save_json, save_text  # `--check` needs numpy alone
+
+    save_json(INDEX, ordered)
+    save_text(README, _with_table(README.read_text(), ordered))
 
 
 def _with_table(text, index):

@@ -7,7 +7,6 @@ code of its own. If a fault changes no compiled file, the cache starts with the 
 run, since that code is the same.
 """
 
-import json
 import os
 import re
 import shutil
@@ -20,6 +19,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from izo_ref.app.files import save_json
 from validation.mutants.fault import Fault
 from validation.mutants.faults import FAULTS
 
@@ -68,7 +68,7 @@ def run_mutants(
             rows.append(_row(bench, fault, whole))
             print(_line(rows[-1]), flush=True)
             if json_path is not None:
-                Path(json_path).write_text(json.dumps(rows, indent=1) + "\n")
+                save_json(json_path, rows)
     return rows
 
 

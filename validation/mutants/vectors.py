@@ -17,6 +17,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from izo_ref.app.files import save_json
 from validation.mutants.fault import Fault
 from validation.mutants.faults import FAULTS
 from validation.mutants.run import ROOT, Bench, choose
@@ -93,7 +94,7 @@ def run_vectors(
                 rows.append(_row(bench, fault, limit_s))
                 print(_line(rows[-1]), flush=True)
                 if json_path is not None:
-                    Path(json_path).write_text(json.dumps(rows, indent=1) + "\n")
+                    save_json(json_path, rows)
     return rows
 
 
