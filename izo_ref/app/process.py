@@ -11,6 +11,7 @@ from typing import NoReturn, TextIO
 BROKEN_PIPE = 141  # the exit code of a program that the signal SIGPIPE ends
 CANNOT_RUN = 2  # what the machine cannot do ends a command like bad input
 WRITING = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF)
+NO_ROOM = "failed to map segment"  # what the loader of libraries says without memory
 STANDARD_FILES = 3  # input, output and error have the first numbers
 _closed: set[str] = set()  # which of the outputs were closed when the command started
 
@@ -44,6 +45,10 @@ def _code_of(main: Callable[[], int], program: str) -> int | str | None:
         return BROKEN_PIPE
     except MemoryError as error:
         return _fail(program, f"not enough memory{f': {error}' if str(error) else ''}")
+    except ImportError as error:
+        if NO_ROOM not in str(error):
+            raise
+        return _fail(program, f"not enough memory: {error}")
     except OSError as error:
         return _fail(program, _sentence(error))
     except KeyboardInterrupt:

@@ -11,6 +11,7 @@ re-orders nor contracts operations on floats if it is not allowed to.
 """
 
 import gc
+import mmap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, partial
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from numba.core import config, types
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_lock import global_compiler_lock
@@ -34,6 +35,9 @@ from izo_ref.base.kept_code import CodeFiles, Place
 # between is in vain. With the default threshold of 700 new objects a search, the searches take an
 # eighth of the compile time. This many times the threshold takes 20 MB more memory.
 RARELY = 100
+# Address space that LLVM may need for one function [bytes]. Loading fails below 24 MiB; the first
+# function that is compiled takes 147 MiB with what numba loads for it, and the others up to 53.
+LOADING, COMPILING = 32 << 20, 256 << 20
 
 
 @contextmanager
@@ -141,7 +145,31 @@ class _Cache(FunctionCache):
         """
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
-            return self._load_overload(sig, target_context)
+            code = self._load_overload(sig, target_context)
+        if code is None:
+            require_room(COMPILING)
+        return code
+
+
+def require_room(n_bytes: int) -> None:
+    """Check that the process can still have some memory, and give it back.
+
+    LLVM ends the process by a signal where it gets no memory, and Python cannot say why. So we ask
+    for memory before LLVM does. It is reserved and not touched, which takes 10 us.
+
+    Args:
+        n_bytes: How much.
+
+    Raises:
+        MemoryError: The process can have less.
+    """
+    try:
+        mmap.mmap(-1, n_bytes).close()
+    except OSError:
+        raise MemoryError(
+            f"compiled code needs {n_bytes >> 20} MiB of address space to be loaded or made, and "
+            "the process can have less"
+        ) from None
 
 
 class Function(CPUDispatcher):
@@ -160,6 +188,7 @@ class Function(CPUDispatcher):
             if self.prepare is not None:
                 self.prepare(self)
                 self.prepare = None
+            require_room(COMPILING if isinstance(self._cache, NullCache) else LOADING)
             threshold = gc.get_threshold()
             gc.set_threshold(RARELY * threshold[0], *threshold[1:])
             try:

@@ -13,7 +13,7 @@ import pytest
 from izo_ref.base import kept_code
 from izo_ref.base.kept_code import CodeFiles, read_whole
 from izo_ref.base.own_folder import make_own, why_unsafe
-from tests.helpers.small_package import RIGHT, command, environment, run
+from tests.helpers.small_module import RIGHT, command, environment, run
 
 OTHER = 65534  # the user nobody
 ROOT = pytest.mark.skipif(
