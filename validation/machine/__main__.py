@@ -7,6 +7,7 @@ from pathlib import Path
 
 from izo_ref.app.process import run_and_exit
 from validation.machine.kills import run, summary
+from validation.machine.targets import TARGETS
 from validation.rows import begin_run
 
 RIGHT, WRONG = 0, 1
@@ -27,15 +28,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
         metavar="FOLDER",
         help="folder of the rows (default: %(default)s)",
     )
+    names = [target.name for target in TARGETS]
+    help_ = "kill this command alone; may be given several times (default: all)"
+    parser.add_argument("--only", choices=names, action="append", metavar="COMMAND", help=help_)
     args = parser.parse_args(arguments)
+    targets = [target for target in TARGETS if target.name in (args.only or names)]
     print(f"seed {args.seed}")
     begin_run(args.output, f"python -m validation.machine --seed {args.seed}", False)
     with tempfile.TemporaryDirectory(prefix="kills-") as folder:
-        rows = run(
-            args.output, Path(folder), args.moments, args.seed, lambda s: print(s, flush=True)
-        )
+        rows = run(args.output, Path(folder), targets, args.moments, args.seed, _say)
     print(summary(rows))
     return RIGHT if all(row["right"] for row in rows) else WRONG
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ import numpy as np
 from izo_ref.base.whole_files import UNFINISHED, delete_leftovers
 from validation.machine import victim
 from validation.machine.small_study import KEYS, PARTS, ZONES
-from validation.machine.targets import NOT_WHOLE, TARGETS, Target
+from validation.machine.targets import NOT_WHOLE, Target
 from validation.provenance import ROOT
 from validation.rows import Row, Rows, read
 
@@ -56,10 +56,12 @@ class Bench:
 
     Args:
         folder: An empty folder.
+        targets: The commands.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, targets: Sequence[Target]) -> None:
         """Make a copy of the step, and of the checkout for commands that write into it."""
+        self._targets = targets
         self._folder, self._copy = folder, folder / "checkout"
         self._step = Path(shutil.copy(STEP, folder / "step.npz"))
         self._before = _digest(self._step)
@@ -70,7 +72,7 @@ class Bench:
     def prepare(self) -> None:
         """Run each command once in this process, which loads code, and once in a child."""
         numba.set_num_threads(1)  # a fork has no threads of its parent
-        for target in TARGETS:
+        for target in self._targets:
             work = self._work(target)
             with open(os.devnull, "w") as null, redirect_stdout(null):
                 code = victim.run(target.module, self._words(target, work), self._in_copy(target))
@@ -234,13 +236,19 @@ def _left_after_next(target: Target, work: Path) -> int:
 
 
 def run(
-    folder: Path, bench_folder: Path, moments: int, seed: int, say: Callable[[str], Any]
+    folder: Path,
+    bench_folder: Path,
+    targets: Sequence[Target],
+    moments: int,
+    seed: int,
+    say: Callable[[str], Any],
 ) -> list[Row]:
     """Kill commands at random moments, one after the other, and keep a row of each.
 
     Args:
         folder: Folder of the rows, `kills.csv`; rows that are there are not measured again.
         bench_folder: An empty folder for the commands.
+        targets: The commands.
         moments: How many.
         seed: Seed of the moments.
         say: Function that is called with a line for each.
@@ -249,13 +257,13 @@ def run(
         The rows of this seed.
     """
     table = Rows(folder, "kills", ("seed", "number"))
-    bench = Bench(bench_folder)
+    bench = Bench(bench_folder, targets)
     bench.prepare()
     for number in range(moments):
         if table.has(seed=seed, number=number):
             continue
-        target = TARGETS[number % len(TARGETS)]
-        by_clock = number // len(TARGETS) % 2 == 0
+        target = targets[number % len(targets)]
+        by_clock = number // len(targets) % 2 == 0
         row = bench.kill(target, by_clock, np.random.default_rng([seed, number]))
         table.add(seed=seed, number=number, **row)
         say(_line(number, row))

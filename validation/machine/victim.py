@@ -105,12 +105,22 @@ def start(
         process ends by itself.
     """
     reader, writer = os.pipe()
+    # an interrupt in the child must not run what this process does at its end
+    signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT,))
     child = os.fork()
     if child != 0:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
         os.close(writer)
         return child, reader
-    os.close(reader)
-    _live(module, words, places, Victim(call, signal_number), writer)
+    try:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, (signal.SIGINT,))
+        os.close(reader)
+        _live(module, words, places, Victim(call, signal_number), writer)
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+        os.kill(os.getpid(), signal.SIGINT)
+    finally:
+        os._exit(FAILED)
 
 
 def _live(
