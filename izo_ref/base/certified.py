@@ -23,10 +23,11 @@ def certified_end(scene: Any, result: Any) -> Positions:
             the positions of the result are not those that were certified.
     """
     certificate = getattr(result, "certificate", None)
-    if certificate is None:
+    known = all(hasattr(certificate, name) for name in ("free", "meeting_toi", "positions"))
+    if not known or not hasattr(getattr(certificate, "scene", None), "positions_t0"):
         raise UncertifiedStartError(
             f"result: expected what `resolve` returned, got {type(result).__name__}, which has no "
-            "certificate. Pass its positions to a new Scene, which checks its start in full."
+            "certificate of a path. Pass its positions to a new Scene, which checks its start in full."
         )
     if certificate.scene is not scene:
         other = certificate.scene
@@ -43,7 +44,7 @@ def certified_end(scene: Any, result: Any) -> Positions:
             "Resolve a smaller step, or change the motion of the pinned vertices, and go on from "
             "there."
         )
-    if not np.array_equal(result.positions, certificate.positions):
+    if not np.array_equal(getattr(result, "positions", None), certificate.positions):
         raise UncertifiedStartError(
             "result.positions: expected the positions that were certified, found others. Copy them "
             "before you change them, or pass them to a new Scene, which checks its start in full."

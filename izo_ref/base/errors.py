@@ -33,6 +33,10 @@ class MassError(IzoError):
     """A mass is zero or negative, or too small beside the largest one."""
 
 
+class WeightError(IzoError):
+    """The weights of an impact do not sum to zero."""
+
+
 class ThicknessError(IzoError):
     """A thickness is not a positive, finite number of metres, or does not fit the coordinates."""
 

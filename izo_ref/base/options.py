@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
+import sys
+from collections.abc import Set
 from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
 from izo_ref.base.errors import OptionError
+from izo_ref.base.values import real_number, shown
 
 LAGRANGIAN = ("gradient", "jacobi", "chebyshev", "cg", "lbfgs", "newton")
 SWEEPS = ("pgs", "apgs")
 PRESET_METHODS = {"arcsim": "cg", "icloth": "chebyshev", "xrtailor": "gradient"}
 NUMBERS = (int, float, np.integer, np.floating)
+MOST = 2**53  # of a count; up to there every whole number is a float, and kernels can add to it
 CHOICES = {
     "selection": ("independent", "first-of-any", "all"),
     "method": ("auto", "active-set", "interior-point", *SWEEPS, *LAGRANGIAN),
@@ -132,31 +137,34 @@ class Options:
 
     def _check_choices(self) -> None:
         for name, choices in CHOICES.items():
-            if getattr(self, name) not in choices:
-                raise OptionError(f"{name}: expected one of {choices}, got {getattr(self, name)!r}")
+            value = getattr(self, name)
+            if not (value is None or isinstance(value, str)) or value not in choices:
+                raise OptionError(f"{name}: expected one of {choices}, got {shown(value)}")
 
     def _check_numbers(self) -> None:
         for field in fields(self):
             if field.name in (*CHOICES, "plan"):
                 continue
             value, whole = getattr(self, field.name), isinstance(field.default, int)
-            is_number = isinstance(value, NUMBERS) and not isinstance(value, bool)
-            if not (is_number and value >= 0) or (whole and value % 1 != 0):
-                kind = "whole number" if whole else "number"
-                raise OptionError(f"{field.name}: expected a {kind} >= 0, got {value!r}")
-            if whole:
-                object.__setattr__(self, field.name, int(value))  # the class is frozen
+            number = real_number(value) if isinstance(value, NUMBERS) else None
+            low, high, words = _range_of(field.name, whole)
+            if number is None or not low <= number <= high or (whole and not number.is_integer()):
+                raise OptionError(f"{field.name}: expected {words}, got {shown(value)}")
+            # as Python's own types, because numba compiles anew for others; the class is frozen
+            object.__setattr__(self, field.name, int(number) if whole else number)
 
     def _check_plan(self) -> None:
-        named = () if self.plan in ("needed", "everything") else self.plan
-        unknown = (
-            [named] if isinstance(named, str) else [rule for rule in named if rule not in RULES]
-        )
+        if isinstance(self.plan, str) and self.plan in ("needed", "everything"):
+            return
+        unknown = [self.plan]
+        if isinstance(self.plan, (tuple, list, Set)):
+            unknown = [rule for rule in self.plan if not isinstance(rule, str) or rule not in RULES]
         if unknown:
             raise OptionError(
                 f"plan: expected 'needed', 'everything', or a tuple with names of {tuple(RULES)}, "
-                f"got {unknown[0]!r}"
+                f"got {shown(unknown[0])}"
             )
+        object.__setattr__(self, "plan", tuple(self.plan))  # the class is frozen
 
     def _check_combinations(self) -> None:
         own = None if self.preset is None else PRESET_METHODS[self.preset]
@@ -177,6 +185,17 @@ class Options:
         """Names of the rules that are applied."""
         named = {"needed": RULES, "everything": ()}
         return frozenset(named[self.plan] if isinstance(self.plan, str) else self.plan)
+
+
+def _range_of(name: str, whole: bool) -> tuple[float, float, str]:
+    """Return the least and the largest value of an option, and what a message says of them."""
+    if whole:
+        return 0, MOST, f"a whole number from 0 to {MOST}"
+    if name == "relinearize_budget":
+        return 0.0, math.inf, "a number >= 0, which may be infinite"
+    if name == "thickness_fraction":
+        return math.ulp(0.0), sys.float_info.max, "a finite number > 0"
+    return 0.0, sys.float_info.max, "a finite number >= 0"
 
 
 DEFAULTS = Options()  # checking them takes 1 % of a step of 400 triangles

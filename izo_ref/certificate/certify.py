@@ -114,12 +114,13 @@ def certify_path(
         NonFiniteError: `positions` has numbers that are NaN or infinite.
         WeldError: A copy of a vertex is at another place than the vertex.
         SizeError: A coordinate is too large or too small to compute with.
-        OptionError: `device` has another value, or `scene` is no scene.
+        OptionError: `device` has another value, `rules` has another name, or `scene` is no scene.
         DeviceUnavailableError: A GPU is asked for, and none can be used.
 
     Source: docs/method section 8.
     """
     checks.scene(scene)
+    checks.rules(rules)
     positions = copy_to_cpu("positions", detach(positions))
     positions = checks.floats("positions", positions, scene.positions_t0.shape)
     if scene.copies is not None:

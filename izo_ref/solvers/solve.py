@@ -37,7 +37,7 @@ from izo_ref.solvers.serial.small_zone import (
     choose_small_zones,
 )
 from izo_ref.solvers.sweeps import sweep
-from izo_ref.zones.problem import ZoneProblem, ZoneSolution
+from izo_ref.zones.problem import ZoneProblem, ZoneSolution, require_factors, require_problem
 from izo_ref.zones.problem_in_range import problem_in_range, solution_back
 from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import ZoneSystem, problem_system
@@ -273,13 +273,18 @@ def solve_zone(
         The solution. Its residuals are computed outside the solver.
 
     Raises:
-        OptionError: An option has a value that is not offered.
-        SizeError: The lengths of the problem differ too much from each other.
+        OptionError: An option has a value that is not offered, or `problem` is no `ZoneProblem`.
+        SizeError: The lengths of the problem differ too much from each other, or the weights or
+            the normals of an impact are too large or too small.
         MassError: A mass is too small beside the largest one.
         DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
 
     Source: docs/method sections 3 to 5.
     """
+    require_problem(problem)
+    require_factors(problem)
+    tolerance = checks.tolerance("tolerance", tolerance)
+    trace = checks.flag("trace", trace)
     options = Options(
         method=method,
         line_search=line_search,

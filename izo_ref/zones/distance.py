@@ -36,9 +36,10 @@ import math
 
 import numpy as np
 
+from izo_ref.base import checks
 from izo_ref.base.arrays import AnyInts, Flags, Floats, Multipliers, Positions
 from izo_ref.base.units import times_power
-from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.problem import ZoneProblem, require_problem
 from izo_ref.zones.problem_in_range import problem_in_range
 from izo_ref.zones.scaled_zone import ScaledZone, U, norm
 
@@ -72,8 +73,15 @@ def distance_bound(
         names a vertex twice, and where numbers overflow.
 
     Raises:
+        ShapeError: An array has the wrong shape or type.
         SizeError: The lengths of the problem differ too much from each other.
+        OptionError: `problem` is no `ZoneProblem`.
     """
+    require_problem(problem)
+    positions = checks.numbers("positions", positions, problem.proposed.shape)
+    multipliers = checks.numbers("multipliers", multipliers, (len(problem.nodes),))
+    if displacements is not None:
+        displacements = checks.numbers("displacements", displacements, positions.shape)
     problem, units = problem_in_range(problem)
     if units.length != 0:
         positions = times_power(positions, units.length)

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Floats, Multipliers, Positions
+from izo_ref.base.arrays import Floats, Multipliers, Normals, Positions, Weights
 from izo_ref.base.devices import copy_to_cpu, detach
+from izo_ref.base.errors import OptionError, SizeError, WeightError
+
+# Largest sum of four weights, over the largest of them, that is taken for rounding. A weight that is
+# rounded to float32 is off by 2^-24 of its size; ports compute weights in float32 with a few of
+# these errors.
+ROUNDED = 2.0**-20
+# Exponent of the largest weight and of the largest component of a normal, and less that of the
+# smallest. The solvers multiply both with lengths of up to 2^100 and roots of masses of up to
+# 2^100; the squares of these products are floats.
+FACTORS = 100
 
 
 class ZoneProblem:
@@ -17,8 +27,9 @@ class ZoneProblem:
 
     Args:
         nodes: (n_impacts, 4) integers, the vertices of each impact as indices into `proposed`.
-        weights: (n_impacts, 4), the weights a.
-        normals: (n_impacts, 3), the normals N.
+        weights: (n_impacts, 4), the weights a. Those of an impact sum to zero, to the rounding of
+            float32, so only the differences of its vertices count.
+        normals: (n_impacts, 3), the normals N. Their lengths need not be 1.
         proposed: (n, 3) [m], the proposed positions y.
         masses: (n,) [kg], the masses m > 0. A pinned vertex has an infinite mass and stays at its
             proposed position.
@@ -36,6 +47,7 @@ class ZoneProblem:
         ShapeError: An array has the wrong shape or type.
         NonFiniteError: A number other than a mass is NaN or infinite.
         IndexRangeError: An index points at no vertex.
+        WeightError: The weights of an impact do not sum to zero.
         MassError: A mass is not positive.
         ThicknessError: The thickness is not a positive, finite number.
 
@@ -65,6 +77,7 @@ class ZoneProblem:
         self.nodes = checks.indices("nodes", taken["nodes"], 4, k)
         n = len(self.nodes)
         self.weights = checks.floats("weights", taken["weights"], (n, 4))
+        _require_sums(self.weights)
         self.normals = checks.floats("normals", taken["normals"], (n, 3))
         self.masses = checks.masses(taken["masses"], k, infinite_allowed=True)
         self.thickness = checks.thickness(thickness)
@@ -88,6 +101,58 @@ class ZoneProblem:
         relative = positions[self.nodes] - positions[self.nodes[:, :1]]
         points = np.einsum("jk,jkx->jx", self.weights, relative)
         return np.einsum("jx,jx->j", self.normals, points) - self.thickness
+
+
+def _require_sums(weights: Weights) -> None:
+    """Raise an error if the weights of an impact do not sum to zero."""
+    largest = np.abs(weights).max(axis=1, initial=0.0)
+    largest[largest == 0.0] = 1.0
+    sums = np.abs((weights / largest[:, None]).sum(axis=1))  # a sum of four floats may overflow
+    off = np.flatnonzero(sums > ROUNDED)
+    if len(off):
+        raise WeightError(
+            f"weights: expected four weights that sum to 0 for each impact, found {len(off)} "
+            f"impacts with others, the first is impact {off[0]}: {weights[off[0]].tolist()}. The "
+            "weights of one side sum to 1, those of the other side to -1"
+        )
+
+
+def require_factors(problem: ZoneProblem) -> None:
+    """Raise an error if weights or normals are too large or too small for the solvers.
+
+    Args:
+        problem: The problem.
+
+    Raises:
+        SizeError: The largest weight of an impact, or the largest component of its normal, is not
+            0 and not from 2^-100 to 2^100; names the first one.
+    """
+    low, high = 2.0**-FACTORS, 2.0**FACTORS
+    for name, rows in (("weights", problem.weights), ("normals", problem.normals)):
+        largest = np.abs(rows).max(axis=1, initial=0.0)
+        off = np.flatnonzero((largest > high) | ((largest < low) & (largest > 0.0)))
+        if len(off):
+            raise SizeError(
+                f"{name}: expected rows that are 0, or whose largest absolute value is from "
+                f"{low:.3g} to {high:.3g}, found {len(off)} others, the first is row {off[0]}: "
+                f"{rows[off[0]].tolist()}. Those of impacts are at most 1, and normals have length 1"
+            )
+
+
+def require_problem(problem: Any) -> None:
+    """Raise an error if a value is no `ZoneProblem`.
+
+    Args:
+        problem: Anything.
+
+    Raises:
+        OptionError: It is none.
+    """
+    if not isinstance(problem, ZoneProblem):
+        raise OptionError(
+            f"problem: expected a ZoneProblem, got {type(problem).__name__}. Make one with "
+            "izo_ref.ZoneProblem(nodes, weights, normals, proposed, masses, thickness)"
+        )
 
 
 class Residuals(NamedTuple):

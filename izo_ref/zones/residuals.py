@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from izo_ref.base import checks
 from izo_ref.base.arrays import Multipliers, Positions
 from izo_ref.base.units import AS_THEY_ARE, times_power
-from izo_ref.zones.problem import Residuals, ZoneProblem
+from izo_ref.zones.problem import Residuals, ZoneProblem, require_problem
 from izo_ref.zones.problem_in_range import problem_in_range, residuals_back
 from izo_ref.zones.serial.residuals import judge_zones
 from izo_ref.zones.system import ZoneSystem
@@ -44,10 +45,16 @@ def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multiplie
         The residuals.
 
     Raises:
+        ShapeError: `positions` or `multipliers` have the wrong shape or type. NaN and infinity are
+            numbers here: the residuals of such an answer are infinite.
         SizeError: The lengths of the problem differ too much from each other.
+        OptionError: `problem` is no `ZoneProblem`.
 
     Source: docs/method section 8; S. Boyd, L. Vandenberghe, Convex Optimization (2004), 5.5.
     """
+    require_problem(problem)
+    positions = checks.numbers("positions", positions, problem.proposed.shape)
+    multipliers = checks.numbers("multipliers", multipliers, (len(problem.nodes),))
     problem, units = problem_in_range(problem)
     if units != AS_THEY_ARE:
         positions = times_power(positions, units.length)
