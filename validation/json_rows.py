@@ -5,6 +5,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from izo_ref.app.files import save_json
+from izo_ref.base.errors import FileFormatError
+from izo_ref.base.input_files import read_text
+from izo_ref.base.values import shown
 from validation.provenance import Made
 
 
@@ -22,8 +25,18 @@ def save(path: Path, made: Made, rows: Any) -> None:
 
 
 def load(path: Path) -> MadeRows | None:
-    """Read a file that `save` wrote; None if there is no such file."""
+    """Read a file that `save` wrote; None if there is no such file.
+
+    Raises:
+        FileFormatError: It cannot be read, or is no such file.
+    """
     if not path.is_file():
         return None
-    content = json.loads(path.read_text())
-    return MadeRows(Made(**content["made"]), content["rows"])
+    try:
+        content = json.loads(read_text(path))
+        return MadeRows(Made(**content["made"]), content["rows"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise FileFormatError(
+            f"{path}: expected JSON with `made` and `rows`: {shown(error)}; delete it, and the "
+            "command that wrote it measures again"
+        ) from None

@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from izo_ref.app.files import replacing
+from izo_ref.base.errors import FileFormatError
+from izo_ref.base.input_files import read_bytes
 from validation import provenance
 
 # A line of measured evidence by column: bool, int, float, str or None; in JSON files lists too.
@@ -22,6 +24,7 @@ OUTCOMES = ("converged", "not converged", "failed")
 RUNS = "runs"
 RUN_COLUMNS = ("run", "command", "commit", "machine", "versions", "quick", "started")
 INTEGER = re.compile(r"[+-]?\d+")
+DIGITS = 4000  # Python reads integers of up to 4300; a longer one stays a text
 FLOAT = re.compile(r"[+-]?(\d+\.?\d*(e[+-]?\d+)?|inf|nan)")
 
 
@@ -51,6 +54,9 @@ class Rows:
         self.keys = tuple(keys)
         _drop_half_line(self.path)
         self._columns, lines = _lines(self.path)
+        missing = {*self.keys, "run"} - {*self._columns} if self._columns else ()
+        if missing:
+            raise _damaged(self.path, 1, f"the columns {sorted(missing)} are missing")
         known = runs(self.folder)
         self._run = known[-1]["run"] if known else None
         alike = {row["run"] for row in known if row["quick"] == known[-1]["quick"]}
@@ -107,7 +113,10 @@ def read(folder: Path | str, study: str) -> list[Row]:
 
 def runs(folder: Path | str) -> list[Row]:
     """Return the runs that measured the rows, with RUN_COLUMNS, the oldest first."""
-    return read(folder, RUNS)
+    found = read(folder, RUNS)
+    if found and not set(RUN_COLUMNS) <= found[0].keys():
+        raise _damaged(Path(folder) / f"{RUNS}.csv", 1, f"expected the columns {RUN_COLUMNS}")
+    return found
 
 
 def runs_of(folder: Path, rows: Iterable[Row]) -> list[Row]:
@@ -171,7 +180,7 @@ def _parsed(text: str) -> Any:
         return {"": None, "True": True, "False": False}[text]
     if text[0] == text[-1] == '"' and len(text) > 1:
         return text[1:-1]
-    if INTEGER.fullmatch(text):
+    if INTEGER.fullmatch(text) and len(text) < DIGITS:
         return int(text)
     return float(text) if FLOAT.fullmatch(text) else text
 
@@ -201,7 +210,7 @@ def _append(path: Path, cells: Iterable[str]) -> None:
 
 def _whole_lines(path: Path) -> str:
     """Return the text up to the last line break; a line without one was cut off while written."""
-    text = path.read_bytes().decode(errors="replace") if path.is_file() else ""
+    text = read_bytes(path).decode(errors="replace") if path.is_file() else ""
     return text[: text.rfind("\n") + 1]
 
 
@@ -217,8 +226,24 @@ def _drop_half_line(path: Path) -> None:
 
 def _lines(path: Path) -> tuple[list[str], list[Row]]:
     """Return the columns of a file, and a row for each of its lines."""
-    lines = list(csv.reader(io.StringIO(_whole_lines(path))))
+    try:
+        lines = list(csv.reader(io.StringIO(_whole_lines(path)), strict=True))
+    except csv.Error as error:
+        raise _damaged(path, 1, str(error)) from None
     if not lines:
         return [], []
     columns = lines[0]
-    return columns, [dict(zip(columns, map(_parsed, cells), strict=True)) for cells in lines[1:]]
+    if len(set(columns)) != len(columns):
+        raise _damaged(path, 1, "a column is there twice")
+    rows = []
+    for number, cells in enumerate(lines[1:], 2):
+        if len(cells) != len(columns):
+            raise _damaged(path, number, f"expected {len(columns)} cells, found {len(cells)}")
+        rows.append(dict(zip(columns, map(_parsed, cells), strict=True)))
+    return columns, rows
+
+
+def _damaged(path: Path, line: int, found: str) -> FileFormatError:
+    return FileFormatError(
+        f"{path}, line {line}: {found}; correct it, or delete the file to measure its rows again"
+    )

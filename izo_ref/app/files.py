@@ -10,26 +10,28 @@ zones again: `thickness` [m], `multipliers` (k,) [kg] and the impacts, `impact_n
 import io
 import json
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Protocol, TypeAlias
+from typing import Any, BinaryIO, NamedTuple, Protocol
 
 import numpy as np
 
+from izo_ref.base.archives import names_in, read_archive
 from izo_ref.base.arrays import Multipliers, Positions
 from izo_ref.base.errors import FileFormatError
+from izo_ref.base.input_files import FilePath, open_input
 from izo_ref.base.records import Impacts
+from izo_ref.base.values import plain_text
 from izo_ref.base.whole_files import write_whole
 from izo_ref.scene import Scene
 
 REQUIRED = ("positions_t0", "positions_t1", "faces")
 OPTIONAL = ("masses", "pinned")
 
+SHOWN = 8  # names of arrays that a message lists
 ARCHIVE = b"PK"  # how an archive begins
 MESHES = (".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".usd", ".usda", ".usdc", ".abc", ".fbx")
-
-FilePath: TypeAlias = str | os.PathLike[str]
 
 
 def load_scene(
@@ -53,7 +55,7 @@ def load_scene(
         FileFormatError: The file cannot be read, or an array is missing.
         IzoError: `Scene` does not accept the arrays.
     """
-    arrays = _load(path, REQUIRED)
+    arrays = _load(path, REQUIRED, OPTIONAL)
     optional = {name: arrays[name] for name in OPTIONAL if name in arrays}
     required = [arrays[name] for name in REQUIRED]
     return Scene(
@@ -118,8 +120,14 @@ def load_result(path: FilePath) -> SavedResult:
         FileFormatError: The file cannot be read, or has no positions, or has only some of the
             arrays that describe the zones.
     """
-    arrays = _load(path, ("positions",))
     names = ("thickness", "multipliers", *(f"impact_{name}" for name in Impacts._fields))
+    arrays = _load(path, ("positions",), names)
+    positions = arrays["positions"]
+    if positions.ndim != 2 or positions.shape[1] != 3 or positions.dtype.kind not in "fiu":
+        raise FileFormatError(
+            f"{path}: expected positions of shape (n, 3), real numbers [m], got shape "
+            f"{positions.shape} and type {positions.dtype}"
+        )
     missing = [name for name in names if name not in arrays]
     if missing == list(names) or missing == list(names)[1:]:
         return SavedResult(arrays["positions"], _thickness(path, arrays), None, None)
@@ -278,30 +286,19 @@ def _real(path: FilePath) -> str:
     return os.path.normcase(os.path.realpath(path))
 
 
-def _load(path: FilePath, names: Sequence[str]) -> dict[str, Any]:
-    """Read the arrays of an archive that has to have some names."""
-    try:
-        with open(path, "rb") as file:
-            _require_archive(path, file.read(len(ARCHIVE)))
-            file.seek(0)
-            with np.load(file, allow_pickle=False) as archive:
-                arrays = {name: archive[name] for name in archive.files}
-    except FileFormatError:
-        raise
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except Exception as error:
-        # A damaged archive can raise anything: zlib.error, NotImplementedError, KeyError, ...
-        raise FileFormatError(
-            f"{path}: the archive is damaged, or an array in it is not of plain numbers: {error}"
-        ) from None
-    missing = [name for name in names if name not in arrays]
+def _load(path: FilePath, names: Sequence[str], optional: Collection[str] = ()) -> dict[str, Any]:
+    """Read the arrays of an archive that has to have some names, and may have others."""
+    with open_input(path) as file:
+        _require_archive(path, file.read(len(ARCHIVE)))
+    found = names_in(path)
+    missing = [name for name in names if name not in found]
     if missing:
+        listed = ", ".join(map(plain_text, found[:SHOWN])) or "no array"
         raise FileFormatError(
             f"{path}: expected the arrays {', '.join(names)}; {', '.join(missing)} missing, "
-            f"found {', '.join(arrays) or 'no array'}"
+            f"found {listed}"
         )
-    return arrays
+    return read_archive(path, {*names, *optional})
 
 
 def _require_archive(path: FilePath, begin: bytes) -> None:

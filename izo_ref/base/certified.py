@@ -27,7 +27,8 @@ def certified_end(scene: Any, result: Any) -> Positions:
     if not known or not hasattr(getattr(certificate, "scene", None), "positions_t0"):
         raise UncertifiedStartError(
             f"result: expected what `resolve` returned, got {type(result).__name__}, which has no "
-            "certificate of a path. Pass its positions to a new Scene, which checks its start in full."
+            "certificate of a path. Pass its positions to a new Scene, which checks its start in "
+            "full."
         )
     if certificate.scene is not scene:
         other = certificate.scene

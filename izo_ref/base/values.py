@@ -31,6 +31,12 @@ def shown(value: Any) -> str:
     return text if len(text) <= LONGEST else text[:LONGEST] + "..."
 
 
+def plain_text(text: Any) -> str:
+    """Return a text of others, such as a name in a file, without quotes where it is plain."""
+    text = str(text)
+    return text if text.isascii() and text.isprintable() and len(text) <= LONGEST else shown(text)
+
+
 def real_number(value: Any) -> float | None:
     """Return a value as a float, which may be NaN or infinite; None if it is no real number.
 

@@ -19,7 +19,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 Value: TypeAlias = "float | int | str | list[float] | list[int]"
@@ -114,6 +114,34 @@ def case_line(case: Case) -> str:
         "expected": encode(case.expected),
     }
     return json.dumps(record, allow_nan=False, separators=(",", ":"))
+
+
+def require_cases(cases: Sequence[Case], stage: str) -> None:
+    """Check the members of cases that every reader relies on.
+
+    Args:
+        cases: The cases that were read from the file of a stage.
+        stage: Name of the stage.
+
+    Raises:
+        ValueError: A member has another type or value; names the first case.
+    """
+    seen: set[str] = set()
+    for i, case in enumerate(cases):
+        texts = (case.id, case.stage, case.verdict, case.grade, case.what, *case.flags)
+        if not all(isinstance(text, str) for text in (*texts, *case.dtypes)):
+            raise ValueError(f"case {i}: expected texts in all members but input and expected")
+        if case.stage != stage or case.id.partition("-")[0] != stage or case.id in seen:
+            raise ValueError(f"case {i}: expected a new id of {stage}, got {case.id!r}")
+        seen.add(case.id)
+        known = case.verdict in VERDICTS and case.grade in GRADES
+        if not known or not case.dtypes or not set(case.dtypes) <= set(DTYPES):
+            raise ValueError(f"{case.id}: verdict, grade or dtypes are none of the known ones")
+        if not isinstance(case.inputs, dict) or not isinstance(case.expected, dict):
+            raise ValueError(f"{case.id}: expected objects as input and expected")
+        for name, judge in case.expected.items():
+            if not isinstance(judge, dict) or not isinstance(judge.get("judge"), str):
+                raise ValueError(f"{case.id}: {name}: expected an object that names its judge")
 
 
 def case_of(record: Mapping[str, Any]) -> Case:

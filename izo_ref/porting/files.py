@@ -1,7 +1,7 @@
 """Find, read and check the folder of the vectors.
 
 In an installed package the folder is `vectors_v1` beside this file; in a checkout it is
-`data/vectors/v1`. Nothing here needs numpy.
+`data/vectors/v1`.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from izo_ref.base.errors import VectorsError
-from izo_ref.porting.cases import Case, case_of
+from izo_ref.base.errors import FileFormatError, VectorsError
+from izo_ref.base.input_files import read_bytes, read_text
+from izo_ref.base.values import shown
+from izo_ref.porting.cases import Case, case_of, require_cases
 from izo_ref.porting.npy import npy_numbers
 from izo_ref.porting.stages import STAGES
 
@@ -77,14 +79,20 @@ def load_case(case_id: str, folder: Path | None = None) -> Case:
 def _load_stage(folder: Path, stage: str) -> list[Case]:
     path = folder / f"{stage}.json"
     try:
-        records = json.loads(path.read_text(encoding="ascii"))["cases"]
-        return [case_of(_with_arrays(record, folder)) for record in records]
-    except OSError as error:
-        raise VectorsError(f"{path}: cannot be read: {error.strerror}") from None
-    except (ValueError, KeyError, TypeError) as error:
-        raise VectorsError(
-            f"{path}: is damaged: {error!r}; `izo vectors verify` says more"
-        ) from None
+        records = json.loads(read_text(path, "ascii"))["cases"]
+        cases = [case_of(_with_arrays(record, folder)) for record in records]
+        require_cases(cases, stage)
+        return cases
+    except FileFormatError as error:
+        raise VectorsError(str(error)) from None
+    except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError) as error:
+        raise _damaged(path, error) from None
+    except RecursionError:
+        raise _damaged(path, "lists in lists in lists, too deep to read") from None
+
+
+def _damaged(path: Path, error: object) -> VectorsError:
+    return VectorsError(f"{path}: is damaged: {shown(error)}; `izo vectors verify` says more")
 
 
 def _with_arrays(value: Any, folder: Path) -> Any:
@@ -98,11 +106,12 @@ def _with_arrays(value: Any, folder: Path) -> Any:
     if not isinstance(value, dict):
         return value
     if value.keys() == {"npy"}:
-        path = folder / value["npy"]
+        name = value["npy"]
+        if not isinstance(name, str) or not _is_name(name):
+            raise ValueError(f"npy: expected the name of a file of this folder, got {shown(name)}")
+        path = folder / name
         try:
-            return npy_numbers(path.read_bytes())
-        except OSError as error:
-            raise VectorsError(f"{path}: cannot be read: {error.strerror}") from None
+            return npy_numbers(_content(path))
         except VectorsError as error:
             raise VectorsError(f"{path}: {error}") from None
     return {name: _with_arrays(item, folder) for name, item in value.items()}
@@ -129,13 +138,29 @@ def listed_sums(folder: Path) -> dict[str, str]:
     """
     path = folder / SUMS
     try:
-        lines = path.read_text(encoding="ascii").splitlines()
-    except (OSError, ValueError) as error:
-        raise VectorsError(f"{path}: cannot be read: {error}") from None
+        lines = read_text(path, "ascii").splitlines()
+    except FileFormatError as error:
+        raise VectorsError(str(error)) from None
     pairs = [line.split("  ", 1) for line in lines]
-    if any(len(pair) != 2 for pair in pairs):
-        raise VectorsError(f"{path}: expected lines of a sum, two spaces and a name")
+    other = [i for i, pair in enumerate(pairs, 1) if len(pair) != 2 or not _is_name(pair[1])]
+    if other:
+        raise VectorsError(
+            f"{path}, line {other[0]}: expected lines of a sum, two spaces and a name of a file "
+            f"of this folder, got {shown(lines[other[0] - 1])}"
+        )
     return {name: total for total, name in pairs}
+
+
+def _is_name(name: str) -> bool:
+    """Return whether a name is that of a file in a folder, and not of one elsewhere."""
+    return "\0" not in name and name == Path(name).name
+
+
+def _content(path: Path) -> bytes:
+    try:
+        return read_bytes(path)
+    except FileFormatError as error:
+        raise VectorsError(str(error)) from None
 
 
 def wrong_files(folder: Path) -> list[str]:
@@ -153,7 +178,7 @@ def wrong_files(folder: Path) -> list[str]:
         path = folder / name
         if not path.is_file():
             problems.append(f"{name}: is missing")
-        elif hashlib.sha256(path.read_bytes()).hexdigest() != expected:
+        elif hashlib.sha256(_content(path)).hexdigest() != expected:
             problems.append(f"{name}: differs from its sum in {SUMS}")
     others = sorted(path.name for path in folder.iterdir() if path.name not in {*sums, SUMS})
     return problems + [f"{name}: is not named in {SUMS}" for name in others]

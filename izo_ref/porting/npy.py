@@ -56,7 +56,11 @@ def npy_numbers(content: bytes) -> list[float] | list[int]:
     if found is None:
         raise VectorsError("expected a flat array of numpy, <f8 or <i4, in format 1.0")
     numbers = content[begin + length :]
-    packed = f"<{found[2]}{LETTERS[found[1]]}"
-    if struct.calcsize(packed) != len(numbers):
-        raise VectorsError(f"expected {found[2]} numbers, found {len(numbers)} bytes")
-    return list(struct.unpack(packed, numbers))
+    letter, count = LETTERS[found[1]], found[2].lstrip("0") or "0"
+    size = struct.calcsize(f"<{letter}")
+    # compared as text, because a header can hold a count of thousands of digits
+    if len(numbers) % size or str(len(numbers) // size) != count:
+        raise VectorsError(
+            f"expected {count[:20]} numbers of {size} bytes, found {len(numbers)} bytes"
+        )
+    return list(struct.unpack(f"<{count}{letter}", numbers))

@@ -30,11 +30,17 @@ from typing import Any
 
 import numpy as np
 
+from izo_ref.base.archives import read_archive, read_array
 from izo_ref.base.errors import FileFormatError
+from izo_ref.base.input_files import read_text
+from izo_ref.base.values import plain_text, shown
 from izo_ref.base.whole_files import write_whole
 
 INDEX = "index.json"
 VERSION = 1  # of the layout
+DEPTH = 3  # folders below that of a trace or a dump; a trace has two
+MOST_FILES = 200_000  # a trace of 5,000 iterations has 130,000
+MODES = {"initial_intersections", "prescribed", "weld"}  # arguments of `Scene` in an index
 KINDS = {
     "detect": "a path is examined, impacts are selected, and the zones that changed are solved",
     "relinearize": "tight impacts get new weights and normals at the answer, and all zones are "
@@ -150,23 +156,45 @@ def load_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
             finished.
     """
     where = Path(path)
-    if where.is_file():
-        return _load_archive(where)
     if not where.is_dir():
-        raise FileFormatError(f"{path}: there is no such folder or .npz archive")
+        if not where.exists():
+            raise FileFormatError(f"{path}: there is no such folder or .npz archive")
+        return read_archive(where)
     arrays: dict[str, Any] = {}
-    for file in sorted(where.rglob("*.np[yz]")):
+    for file in _files_of(where):
         place = file.relative_to(where).with_suffix("").as_posix()
         if file.suffix == ".npz":
             inner = "" if file.parent == where else f"{file.parent.relative_to(where).as_posix()}/"
-            found = {f"{inner}{name}": values for name, values in _load_archive(file).items()}
+            found = {f"{inner}{name}": values for name, values in read_archive(file).items()}
         else:
-            found = {place: _load_array(file)}
+            found = {place: read_array(file)}
         twice = sorted(found.keys() & arrays.keys())
         if twice:
             raise FileFormatError(f"{path}: the array {twice[0]} is in two files")
         arrays |= found
     return arrays
+
+
+def _files_of(folder: Path) -> list[Path]:
+    """Return the files of arrays in a folder and up to `DEPTH` folders below it, sorted."""
+    found, seen, level = [], 0, [folder]
+    for _ in range(DEPTH + 1):
+        below = []
+        for parent in level:
+            try:
+                entries = list(parent.iterdir())
+            except OSError as error:
+                raise FileFormatError(f"{parent}: cannot be read: {error.strerror}") from None
+            seen += len(entries)
+            if seen > MOST_FILES:
+                raise FileFormatError(
+                    f"{folder}: expected at most {MOST_FILES} files, found more; name the folder "
+                    "of one trace or dump"
+                )
+            found += [entry for entry in entries if entry.suffix in (".npy", ".npz")]
+            below += [e for e in entries if e.is_dir() and not e.is_symlink()]
+        level = below
+    return sorted(found)
 
 
 def load_index(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -179,12 +207,30 @@ def load_index(path: str | os.PathLike[str]) -> dict[str, Any]:
     if not file.is_file():
         return {}
     try:
-        content = json.loads(file.read_text())
-    except (OSError, ValueError) as error:
-        raise FileFormatError(f"{file}: cannot be read: {error}") from None
+        content = json.loads(read_text(file))
+    except (ValueError, RecursionError) as error:
+        raise FileFormatError(f"{file}: expected JSON: {plain_text(error)}") from None
     if not isinstance(content, dict):
-        raise FileFormatError(f"{file}: expected an object of JSON")
+        raise FileFormatError(f"{file}: expected an object of JSON, found {shown(content)}")
+    scene, iterations = content.get("scene", {}), content.get("iterations", [])
+    if not isinstance(scene, dict) or not scene.keys() <= MODES:
+        raise FileFormatError(
+            f"{file}: scene: expected an object with members of {sorted(MODES)}, found "
+            f"{shown(scene)}"
+        )
+    rows = iterations if isinstance(iterations, list) else [None]
+    other = [row for row in rows if not (isinstance(row, dict) and _has_texts(row))]
+    if other:
+        raise FileFormatError(
+            f"{file}: iterations: expected a list of objects with the text `folder`, found "
+            f"{shown(other[0])}"
+        )
     return content
+
+
+def _has_texts(row: dict[str, Any]) -> bool:
+    """Return whether a record of an iteration names its folder, and its rule if it has one."""
+    return isinstance(row.get("folder"), str) and isinstance(row.get("selection", ""), str)
 
 
 def _plain(value: Any) -> Any:
@@ -195,21 +241,6 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     value = value.item() if isinstance(value, np.generic) else value
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _load_array(file: Path) -> Any:
-    try:
-        return np.load(file, allow_pickle=False)
-    except Exception as error:  # a damaged file can raise anything
-        raise FileFormatError(f"{file}: is no array of plain numbers: {error}") from None
-
-
-def _load_archive(file: Path) -> dict[str, Any]:
-    try:
-        with np.load(file, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except Exception as error:  # a damaged archive can raise anything
-        raise FileFormatError(f"{file}: is no archive of plain arrays: {error}") from None
 
 
 def _cannot_write(path: Path, error: OSError) -> FileFormatError:

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Floats, Multipliers, Normals, Positions, Weights
+from izo_ref.base.arrays import Floats, Multipliers, Positions, Weights
 from izo_ref.base.devices import copy_to_cpu, detach
 from izo_ref.base.errors import OptionError, SizeError, WeightError
 
-# Largest sum of four weights, over the largest of them, that is taken for rounding. A weight that is
-# rounded to float32 is off by 2^-24 of its size; ports compute weights in float32 with a few of
-# these errors.
+# Largest sum of four weights, over the largest of them, that is taken for rounding. A weight in
+# float32 is off by 2^-24 of its size; ports compute weights with a few of these errors.
 ROUNDED = 2.0**-20
 # Exponent of the largest weight and of the largest component of a normal, and less that of the
 # smallest. The solvers multiply both with lengths of up to 2^100 and roots of masses of up to
@@ -135,7 +134,7 @@ def require_factors(problem: ZoneProblem) -> None:
             raise SizeError(
                 f"{name}: expected rows that are 0, or whose largest absolute value is from "
                 f"{low:.3g} to {high:.3g}, found {len(off)} others, the first is row {off[0]}: "
-                f"{rows[off[0]].tolist()}. Those of impacts are at most 1, and normals have length 1"
+                f"{rows[off[0]].tolist()}. Weights are at most 1, normals have length 1"
             )
 
 

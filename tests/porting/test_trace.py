@@ -185,8 +185,8 @@ def test_the_command_writes_a_trace(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("file", "content", "message"),
     [
-        ("scene/faces.npy", b"no array", "is no array of plain numbers"),
-        ("dump.npz", b"no archive", "is no archive of plain arrays"),
+        ("scene/faces.npy", b"no array", "expected an array of numpy"),
+        ("dump.npz", b"no archive", "the archive is damaged"),
     ],
 )
 def test_damaged_files_are_named(tmp_path, file, content, message):

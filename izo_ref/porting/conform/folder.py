@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from izo_ref.base.errors import FileFormatError
+from izo_ref.base.input_files import read_bytes
 from izo_ref.porting.cases import Case
 from izo_ref.porting.conform.incidents import FLOOD, MISSING, SEVERAL, Incident
 from izo_ref.porting.conform.program import LONGEST_LINE
@@ -82,7 +83,7 @@ def _read_requests(path: Path, cases: Sequence[Case]) -> list[Request]:
         try:
             record = object_of(line)
             request = Request(known[record["id"]], record["dtype"])
-        except (Incident, KeyError):
+        except (Incident, KeyError, TypeError):
             raise FileFormatError(f"{path}: has a request that is not of these vectors") from None
         if request_line(request).rstrip(b"\n") != line:
             raise FileFormatError(f"{path}: {request.case.id} has another input in these vectors")
@@ -92,10 +93,7 @@ def _read_requests(path: Path, cases: Sequence[Case]) -> list[Request]:
 
 def _lines(path: Path) -> list[bytes]:
     """Return the lines of a file, without their ends; a last empty one does not count."""
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
+    lines = read_bytes(path).split(b"\n")
     return [line.rstrip(b"\r") for line in (lines if lines[-1] else lines[:-1])]
 
 

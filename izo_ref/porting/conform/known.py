@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 from izo_ref.base.errors import FileFormatError
+from izo_ref.base.input_files import read_text
 from izo_ref.porting.cases import DTYPES
 from izo_ref.porting.conform.run import Row
 from izo_ref.porting.conform.text import clean
@@ -39,12 +40,7 @@ def read_known(path: Path, ids: Collection[str]) -> dict[Key, set[str]]:
     Raises:
         FileFormatError: The file cannot be read, or a line is not of this format.
     """
-    try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except OSError as error:
-        raise FileFormatError(f"{path}: cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise FileFormatError(f"{path}: expected a text in UTF-8") from None
+    lines = read_text(path).splitlines()
     known: dict[Key, set[str]] = {}
     for number, line in enumerate(lines, 1):
         words = line.partition("#")[0].split()
