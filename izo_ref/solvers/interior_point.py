@@ -24,6 +24,7 @@ from izo_ref.solvers.cpu.sparse import weighted_gram
 from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import dot, residuals, to_boundary
+from izo_ref.solvers.serial.settings import LEAST_TOLERANCE
 from izo_ref.solvers.sparse import SparseCholesky
 
 # Least fraction of the way to the boundary that a step takes. It takes 1 - relative gap if that is
@@ -182,6 +183,8 @@ def interior_point(
         there is any. Or the iterations ended before the tolerance was reached.
     """
     rhs = zone.rhs
+    gap_tolerance = max(gap_tolerance, LEAST_TOLERANCE)
+    violation_tolerance = max(violation_tolerance, LEAST_TOLERANCE)
     scale = rhs.max()
     s = rhs / scale
     newton = _choose_equations(zone)

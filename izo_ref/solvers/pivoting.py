@@ -30,6 +30,7 @@ from izo_ref.base.arrays import Flags, Floats, Multipliers
 from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import residuals
+from izo_ref.solvers.serial.settings import LEAST_TOLERANCE
 from izo_ref.solvers.sparse import SparseCholesky
 
 # Rows of C have unit length. In fifteen zones of cloth-ball-clean and armadillo-rollers, the
@@ -72,6 +73,8 @@ def pivot_from(
     s, v = zone.rhs / scale, start / scale
     # Constraints that are violated by no more than this do not enter: rounding could make them
     # enter and leave for ever.
+    gap_tolerance = max(gap_tolerance, LEAST_TOLERANCE)
+    violation_tolerance = max(violation_tolerance, LEAST_TOLERANCE)
     slop = TOLERATED_SLOP * violation_tolerance / scale
     dual, primal, no_slack = np.empty(3 * zone.n_vertices), np.empty(len(s)), np.zeros(len(s))
     products = zone.times(zone.pull(v))

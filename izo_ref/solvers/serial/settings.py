@@ -1,6 +1,10 @@
 """Parameters of the augmented-Lagrangian loop."""
 
+import sys
 from typing import NamedTuple
+
+# A tolerance of 0 is one: nothing but the exact answer is within it. Solvers divide by tolerances.
+LEAST_TOLERANCE = sys.float_info.min
 
 
 class Settings(NamedTuple):

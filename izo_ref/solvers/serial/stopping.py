@@ -6,7 +6,7 @@ from izo_ref.base.arrays import AnyInt
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import group_sum
 from izo_ref.solvers.serial.lagrangian import BEST, BEST_AT, INNER, MU, Measures, Zone
-from izo_ref.solvers.serial.settings import Settings
+from izo_ref.solvers.serial.settings import LEAST_TOLERANCE, Settings
 
 
 @compiled
@@ -73,8 +73,8 @@ def is_over(
     noise = unit * (measures.largest_pull + state[MU] * largest_start)
     if measures.largest_gradient <= noise and measures.largest_shift <= unit * largest_start:
         return True
-    violation = measures.violation_m / settings.violation_m
-    merit = max(gap / settings.gap_tolerance, violation)
+    violation = measures.violation_m / max(settings.violation_m, LEAST_TOLERANCE)
+    merit = max(gap / max(settings.gap_tolerance, LEAST_TOLERANCE), violation)
     if not merit >= 0.5 * state[BEST]:
         state[BEST], state[BEST_AT] = merit, iteration
     # Linear convergence, however slow, halves the merit in a constant number of steps. The first
