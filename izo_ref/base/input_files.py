@@ -16,6 +16,7 @@ FilePath: TypeAlias = str | os.PathLike[str]
 # Largest text that is read: an index of a trace, vectors, replies, known failures, rows. All
 # vectors together have 2 MB.
 LARGEST_TEXT = 256 << 20
+PIECE = 1 << 20  # bytes that are read at once
 KINDS = (
     (stat.S_ISDIR, "a folder"),
     (stat.S_ISFIFO, "a pipe"),
@@ -68,9 +69,12 @@ def read_bytes(path: FilePath, largest: int = LARGEST_TEXT) -> bytes:
     Raises:
         FileFormatError: It is no file, cannot be read, or is larger.
     """
+    content = bytearray()
     with open_input(path) as file:
         try:
-            content = file.read(largest + 1)
+            # in pieces, because `read` takes the memory for all that it is asked for
+            while len(content) <= largest and (piece := file.read(PIECE)):
+                content += piece
         except OSError as error:
             raise FileFormatError(
                 f"{_name(path)}: cannot be read: {error.strerror or error}"
@@ -79,7 +83,7 @@ def read_bytes(path: FilePath, largest: int = LARGEST_TEXT) -> bytes:
         raise FileFormatError(
             f"{_name(path)}: cannot be read: expected at most {largest} bytes, found more"
         )
-    return content
+    return bytes(content)
 
 
 def read_text(path: FilePath, encoding: str = "utf-8", largest: int = LARGEST_TEXT) -> str:

@@ -156,8 +156,8 @@ def load_arrays(path: str | os.PathLike[str]) -> dict[str, Any]:
             finished.
     """
     where = Path(path)
-    if not where.is_dir():
-        if not where.exists():
+    if not os.path.isdir(where):  # unlike the method of a Path, no name makes it raise an error
+        if not os.path.lexists(where):
             raise FileFormatError(f"{path}: there is no such folder or .npz archive")
         return read_archive(where)
     arrays: dict[str, Any] = {}
@@ -204,7 +204,7 @@ def load_index(path: str | os.PathLike[str]) -> dict[str, Any]:
         FileFormatError: It is damaged.
     """
     file = Path(path) / INDEX
-    if not file.is_file():
+    if not os.path.isfile(file):
         return {}
     try:
         content = json.loads(read_text(file))
