@@ -34,6 +34,7 @@ from validation.limits import Limits, NotDecidedError, limited
 from validation.rows import Row
 
 BATCH = 250  # inputs a process
+WARM = 8  # inputs that load compiled code into the first process; those of batches inherit it
 # Time after which a batch is taken to hang in code that no signal interrupts: for each input some
 # 0.2 s on a busy machine, and an input that is interrupted twice.
 BATCH_S = 50.0 + 2 * LONGEST_S
@@ -132,7 +133,12 @@ def run_batch(
 
 
 def run_family(
-    name: str, family: Family, seed: int, count: int, say: Callable[[str], object]
+    name: str,
+    family: Family,
+    seed: int,
+    count: int,
+    say: Callable[[str], object],
+    warm: int = WARM,
 ) -> Row:
     """Run inputs of a family, and return the row about them.
 
@@ -142,10 +148,11 @@ def run_family(
         seed: The seed.
         count: Number of inputs.
         say: Is called with a line for each problem.
+        warm: Number of inputs that are tried before, in this process.
     """
     begin, tally, first = time.perf_counter(), no_answers(), 0
-    with contextlib.suppress(Exception):  # load compiled code once; processes of batches inherit it
-        run_batch(name, family, seed + 1, range(8))
+    with contextlib.suppress(Exception):
+        run_batch(name, family, seed + 1, range(warm))
     while first < count:
         numbers = range(first, min(first + BATCH, count))
         part, first = _limited_batch(name, family, seed, numbers)

@@ -1,8 +1,8 @@
 """Study of bad input: strange arrays, options and files, and what the program says of them.
 
-Each family of inputs (`validation/fuzz/families.py`) is one row: how many inputs there were, how many
-were accepted and refused, by which errors, and how many crashed, hung, were accepted in spite of the
-contract, refused in spite of it, or refused with a message that does not name the offender.
+Each family of inputs (`validation/fuzz/families.py`) is one row: how many inputs there were, how
+many were accepted and refused, by which errors, and how many crashed, hung, were accepted in spite
+of the contract, refused in spite of it, or refused with a message that does not name the offender.
 """
 
 from pathlib import Path
