@@ -156,10 +156,10 @@ def _cross_over_vertex(positions: Floats, pairs: Indices) -> Flags:
     """
     turn = (_common(pairs).argmax(axis=2)[:, :, None] + np.arange(3)) % 3
     first, second = np.moveaxis(positions[np.take_along_axis(pairs, turn, axis=2)], 1, 0)
-    return _edges_meet(first[:, 1:], second) | _edges_meet(second[:, 1:], first)
+    return edges_meet(first[:, 1:], second) | edges_meet(second[:, 1:], first)
 
 
-def _edges_meet(edges: Floats, faces: Floats) -> Flags:
+def edges_meet(edges: Floats, faces: Floats) -> Flags:
     """Mark the (k, 2, 3) edges that meet their (k, 3, 3) faces; the answers are exact."""
     (p, q), (a, b, c) = np.moveaxis(edges, 1, 0), np.moveaxis(faces, 1, 0)
     turns = _side(p, q, a, b) + _side(p, q, b, c) + _side(p, q, c, a)
