@@ -276,6 +276,12 @@ def _no_step_files() -> int:
     return BAD_INPUT
 
 
+def _shrink(args: Namespace) -> int:
+    from validation.shrink import command
+
+    return command.run(args, _say_line)
+
+
 def _say_line(line: str) -> None:
     print(line, flush=True)
 
@@ -306,6 +312,7 @@ def _parser() -> argparse.ArgumentParser:
     help_ = "run the vectors on our own port instead of the tests: vectors.md"
     sub.add_argument("--vectors", action="store_true", help=help_)
     _add_report(sub)
+    _add_shrink(commands)
     _add_studies(commands)
     help_ = "measure error against run time: index.html and its pages"
     sub = _add(commands, "report", _report, help_)
@@ -365,6 +372,13 @@ def _add_check(commands: "Subparsers") -> None:
         metavar="GIB",
         help="memory of each judge of others (default: %(default)g)",
     )
+
+
+def _add_shrink(commands: "Subparsers") -> None:
+    from validation.shrink.flags import add_flags
+
+    help_ = "cut a failing step or zone down to a few simple numbers"
+    add_flags(_add(commands, "shrink", _shrink, help_))
 
 
 def _add_studies(commands: "Subparsers") -> None:
