@@ -138,6 +138,6 @@ PARTS: dict[str, Part] = {"random-steps": random_steps}
 
 
 if __name__ == "__main__":
-    ROWS = Path("reports") / "stability" / "rows"
+    ROWS = Path("reports") / "random-steps" / "rows"
     begin_run(ROWS, "python -m validation.study.random_steps", False)
     random_steps(ROWS, lambda line: print(line, flush=True))
