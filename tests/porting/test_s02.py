@@ -251,3 +251,14 @@ def test_times_are_those_of_an_independent_oracle():
 
 def test_a_time_may_be_early_by_what_published_methods_do():
     assert EARLY > 1 - 0.8
+
+
+def test_the_time_of_a_meeting_is_found_however_its_root_is_enclosed():
+    """The exact decision encloses this root twice as narrowly as one that only asks for a float."""
+    tiny, low, high = 5e-324, 1.0 - 2.0**-53, 1.0 + 2.0**-52
+    start = ((-2.0, -tiny, tiny), (2.0 * low, tiny, 0.0), (tiny, -low, low), (tiny, high, low))
+    end = ((-2.0 * low, 0.0, 2.0 * low), (2.0, 0.0, 2.0), (tiny, -high, -1.0), (tiny, 1.0, -low))
+    found = meeting(Pair(True, start, end), MULTIPLE)
+    assert found is not None
+    low, high = first_meeting(True, start, end)
+    assert low - Fraction(1, 2**60) <= found.time <= high + Fraction(1, 2**60)

@@ -27,7 +27,7 @@ from fractions import Fraction
 from math import factorial, lcm
 from typing import Any, NamedTuple, TypeAlias
 
-from izo_ref.base.algebraic import AlgebraicTime, float_below, roots_in_unit_interval, sign_at
+from izo_ref.base.algebraic import AlgebraicTime, roots_in_unit_interval, sign_at
 from izo_ref.base.exact_path import first_meeting
 from izo_ref.porting.reference.rounded import CONTEXT, EPS, Rounded, is_float32
 
@@ -36,6 +36,9 @@ Numbers: TypeAlias = list[Any]  # Fractions, or Rounded
 
 # A time is narrowed to 2^-200, far below the 60 digits of `Rounded`.
 TIME_BITS = 200
+# `first_meeting` returns a float that is not after the time, and at most 2^-52 before it. Which one
+# depends on how narrow the time was enclosed on the way.
+NEXT_BELOW = Fraction(1, 2**52)
 # A port whose tolerance is larger than this part of the time is not judged.
 USELESS = 1e-2
 # The time is a number up to 1, so a port rounds it, or 1 minus it, by up to half a unit.
@@ -79,9 +82,10 @@ def meeting(pair: Pair, multiple: int) -> Meeting | None:
     at, found = Fraction(below), False
     for polynomial, terms in zip(exact, rounded, strict=True):
         for time in _roots(polynomial):
-            if float_below(time) != below:
+            root = _narrowed(time)
+            if not 0 <= root - Fraction(below) <= NEXT_BELOW:
                 continue
-            at, found = _narrowed(time), True
+            at, found = root, True
             own, m = _scale_at(polynomial, terms, time, at)
             curvature = max(curvature, _curvature(polynomial, at) if m == 1 else 0.0)
             scale, power = max(scale, own), max(power, m)
