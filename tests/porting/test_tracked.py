@@ -1,6 +1,7 @@
 """Numbers that remember how they were computed: their errors, ties and decisions."""
 
 from decimal import Decimal
+from fractions import Fraction
 from random import Random
 
 import numpy as np
@@ -101,3 +102,13 @@ def test_a_norm_that_vanishes_has_the_error_of_its_vector():
     length = norm([tape.leaf(Rounded(Decimal(3))), Rounded(Decimal(4))])
     assert float(length) == 5.0
     assert float(norm([Rounded(Decimal(2))])) == 2.0
+
+
+@pytest.mark.parametrize("number", [2.0**-52, 1.0 + 2.0**-52, -0.1])
+def test_no_digit_is_lost_by_a_change_of_sign(number):
+    """A float64 has up to 53 digits behind its first one; contexts of decimals have 28."""
+    tape = Tape()
+    for made in (Rounded(Decimal(number)), tape.leaf(Rounded(Decimal(number)))):
+        assert (made - made).value == 0
+        assert (-made).value == -Fraction(number)
+        assert abs(made).value == abs(Fraction(number))

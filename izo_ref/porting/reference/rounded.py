@@ -121,7 +121,7 @@ class Rounded:
     __radd__ = __add__
 
     def __neg__(self) -> Rounded:
-        return Rounded(-self.value, self.error)
+        return Rounded(self.value.copy_negate(), self.error)
 
     def __sub__(self, other: Plain) -> Rounded:
         return self + -Rounded.of(other)
@@ -154,7 +154,7 @@ class Rounded:
         return self._result(value, CONTEXT.divide(self.error, 2 * value))
 
     def __abs__(self) -> Rounded:
-        return Rounded(abs(self.value), self.error)
+        return Rounded(self.value.copy_abs(), self.error)
 
     def __lt__(self, other: Plain) -> bool:
         b = Rounded.of(other)

@@ -117,7 +117,7 @@ class Tracked(Rounded):
     __radd__ = __add__
 
     def __neg__(self) -> Rounded:
-        return self.tape.node(-self.value, ((self.number, -1.0),), ZERO)
+        return self.tape.node(self.value.copy_negate(), ((self.number, -1.0),), ZERO)
 
     def __sub__(self, other: Plain) -> Rounded:
         return self + -Rounded.of(other)
