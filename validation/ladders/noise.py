@@ -10,7 +10,7 @@ Confidence intervals for stochastic arithmetic, ACM TOMS 47 (2021).
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -94,9 +94,7 @@ def with_noise(rng: np.random.Generator, stage: str, inputs: Inputs, size: float
     return result
 
 
-def measure_noise(
-    stage: str, cases: Sequence[Inputs], count: int, size: float, seed: int
-) -> Noise:
+def measure_noise(stage: str, cases: Sequence[Inputs], count: int, size: float, seed: int) -> Noise:
     """Ask a stage for each case and for noisy copies of it, and compare with the exact answers.
 
     Args:
@@ -206,4 +204,3 @@ def _relative(answer: Answer, known: Right) -> Floats:
         off = np.where(unique, answer.numbers[name] - numbers, 0.0)
         parts.append(off / size if size > 0.0 else off)
     return np.concatenate(parts)
-

@@ -66,9 +66,7 @@ def judge_rounded(make: Callable[[Positions], Any], count: int) -> list[Outcome]
     for number in range(count):
         step = crossing_sheets(np.random.default_rng([SEED, number]), 4.0 ** -(1 + number % 3))
         start, end = make(step.start), make(step.end)
-        exact = step._replace(
-            start=np.asarray(start, np.float64), end=np.asarray(end, np.float64)
-        )
+        exact = step._replace(start=np.asarray(start, np.float64), end=np.asarray(end, np.float64))
         touches = _meets(exact, exact.start)
         for mode in ("raise", "ratchet"):
             status, problem = _resolved(step, exact, start, end, mode, touches)
@@ -87,9 +85,7 @@ def _resolved(
 ) -> tuple[str, str]:
     """Resolve a rounded step; return its status, and what is wrong, in words."""
     try:
-        scene = Scene(
-            start, end, step.faces, step.masses, step.pinned, initial_intersections=mode
-        )
+        scene = Scene(start, end, step.faces, step.masses, step.pinned, initial_intersections=mode)
     except InitialIntersectionError:
         expected = touches and mode == "raise"
         return "refused", "" if expected else "the start is free, and it is refused"

@@ -30,8 +30,8 @@ def draw(kind: str, number: int) -> Step:
     rng = np.random.default_rng([SEED, number])
     if kind == "ties":
         return regular_layers(rng)
-    depth = {"deep": 4.0, "very deep": 32.0}.get(kind, 4.0 ** rng.uniform(-2.0, 0.0))
-    return crossing_sheets(rng, depth)
+    light = float(4.0 ** rng.uniform(-2.0, 0.0))
+    return crossing_sheets(rng, {"deep": 4.0, "very deep": 32.0}.get(kind, light))
 
 
 def noisy(rng: np.random.Generator, step: Step, size: float) -> Step:

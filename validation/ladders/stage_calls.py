@@ -43,11 +43,14 @@ def time_of_impact(inputs: Inputs) -> Answer:
 
 def frame(inputs: Inputs) -> Answer:
     """Stage S3; the decision is which weights are zero: on which features the points lie."""
-    toi, path = np.float64(inputs["toi"]), _relative(inputs)
+    arguments: tuple[Any, ...] = (
+        bool(inputs["is_edge_edge"]),
+        *_relative(inputs),
+        np.float64(inputs["toi"]),
+        _advanced(inputs)[2],
+    )
     with np.errstate(all="ignore"):  # compiled code does not warn, either
-        weights, normal = impact_frame(
-            bool(inputs["is_edge_edge"]), *path, toi, _advanced(inputs)[2]
-        )
+        weights, normal = impact_frame(*arguments)
     return Answer(
         {"weights": np.array(weights), "normal": np.array(normal)},
         tuple(weight == 0.0 for weight in weights),

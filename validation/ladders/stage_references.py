@@ -66,7 +66,9 @@ def frame(inputs: Inputs, dtype: str = "f8") -> Right:
     unit = MULTIPLE_OF_FRAMES * EPS[dtype]
     weights = unit * found.weights_scale if found.weights_are_unique else math.inf
     told = found.normal is not None and dtype in found.dtypes
-    if told:  # the start may be so near the plane of the normal that no float is sure of the side
+    if (
+        found.normal is not None and told
+    ):  # the start may be so near the plane of the normal that no float is sure of the side
         start = np.reshape(inputs["start"], (4, 3)) - np.array(inputs["start"][:3])
         told = abs(np.dot(np.dot(found.weights, start), found.normal)) > SIDE * np.abs(start).max()
     normal = unit * found.normal_scale if told else math.inf
@@ -169,7 +171,10 @@ def _rounded(dtype: str, **outputs: list[Rounded]) -> Right:
     unit = MULTIPLE * EPS[dtype]
     return Right(
         {name: np.array([float(n) for n in numbers]) for name, numbers in outputs.items()},
-        {name: np.array([unit * scale_of(n) for n in numbers]) for name, numbers in outputs.items()},
+        {
+            name: np.array([unit * scale_of(n) for n in numbers])
+            for name, numbers in outputs.items()
+        },
     )
 
 

@@ -1,4 +1,4 @@
-"""Symmetries: a step written in another way has the same answer, and adding nothing changes nothing.
+"""Symmetries: a step that is written in another way has the same answer.
 
 Some answers have to have the same bits, because docs/limits and docs/porting-numbers promise it.
 The others are rounded differently. In a light step, whose impacts are at most as deep as an edge is
@@ -10,21 +10,15 @@ its objective.
 
 import time
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
 from validation.ladders import symmetry_of_pairs, symmetry_of_zones
 from validation.ladders.ladder import RIGHT, SAYS_SO, WRONG, Ladder, Outcome, Rung
-from validation.ladders.twins import (
-    ROUNDED,
-    SAME_BITS,
-    Compared,
-    Symmetry,
-    beside,
-    by_twin,
-    resolved,
-    turned,
-)
+from validation.ladders.twins import Compared, Symmetry, by_twin, resolved
+from validation.ladders.twins_rounded import ROUNDED, beside, turned
+from validation.ladders.twins_same_bits import SAME_BITS
 from validation.scenes.crossing import Step, crossing_sheets, regular_layers
 
 FAMILY = "symmetry"
@@ -88,9 +82,7 @@ def judge_symmetry(
     )
     statuses = sorted({status for one in found for status in one.statuses})
     error = max(one.deviation for one in found)
-    return [
-        Outcome(verdict(found), ", ".join(statuses), error=error, seconds=seconds, note=note)
-    ]
+    return [Outcome(verdict(found), ", ".join(statuses), error=error, seconds=seconds, note=note)]
 
 
 def same_bits(found: Sequence[Compared]) -> str:
@@ -104,7 +96,7 @@ def same_up_to_rounding(found: Sequence[Compared]) -> str:
     far = [one for one in found if one.deviation > LIGHT_TOLERANCE]
     if all(one.statuses[0] == one.statuses[1] for one in found) and not far:
         return RIGHT
-    return SAYS_SO if all("FREE" != one.statuses[1] for one in far) else WRONG
+    return SAYS_SO if all(one.statuses[1] != "FREE" for one in far) else WRONG
 
 
 def as_good(found: Sequence[Compared]) -> str:
@@ -115,7 +107,11 @@ def as_good(found: Sequence[Compared]) -> str:
     return SAYS_SO if all(one.statuses != ("FREE", "FREE") for one in worse) else WRONG
 
 
-def _kinds(kind: str, names: dict[str, Symmetry], verdict: Callable[..., str], note: str):
+Run: TypeAlias = Callable[[Rung], list[Outcome]]
+Verdict: TypeAlias = Callable[[Sequence[Compared]], str]
+
+
+def _kinds(kind: str, names: dict[str, Symmetry], verdict: Verdict, note: str) -> Run:
     def run(rung: Rung) -> list[Outcome]:
         steps = [draw_step(kind, number) for number in range(STEPS[kind])]
         own = MEASURED if rung == "numbered anew" else note
@@ -150,14 +146,32 @@ def _depth(rung: Rung) -> list[Outcome]:
 
 def _distance(rung: Rung) -> list[Outcome]:
     steps = [draw_step("light", 1000 + number) for number in range(20)]
-    symmetry = by_twin(lambda rng, step: beside(rng, step, float(rung)))
-    return judge_symmetry(symmetry, steps, same_up_to_rounding, "the other step is light too")
+    return _beside(steps, float(rung))
+
+
+def _depth_beside(rung: Rung) -> list[Outcome]:
+    steps = []
+    for number in range(20):
+        rng = np.random.default_rng([SEED, 98, number])
+        steps.append((rng, crossing_sheets(rng, float(rung))))
+    return _beside(steps, 64.0)
+
+
+def _beside(steps: Sequence[tuple[np.random.Generator, Step]], distance: float) -> list[Outcome]:
+    symmetry = by_twin(lambda rng, step: beside(rng, step, distance))
+    note = "that zones far apart do not depend on each other is not promised"
+    return judge_symmetry(symmetry, steps, as_good, note)
 
 
 def _ladder(
-    name: str, sentence: str, rungs: Sequence[Rung], run, quick=(), unit="kind", seconds=300.0
+    name: str,
+    sentence: str,
+    rungs: Sequence[Rung],
+    run: Run,
+    quick: Sequence[Rung] = (),
+    unit: str = "kind",
 ) -> Ladder:
-    return Ladder(FAMILY, name, sentence, unit, rungs, run, quick, seconds, rungs[-1])
+    return Ladder(FAMILY, name, sentence, unit, rungs, run, quick, 300.0, rungs[-1])
 
 
 def _steps_of(kind: str) -> list[Ladder]:
@@ -174,9 +188,7 @@ def _steps_of(kind: str) -> list[Ladder]:
         f"first, so the answer may be another local optimum. Its objective is within "
         f"{100.0 * OBJECTIVE_TOLERANCE:.0f} % of the first one."
     )
-    verdict, sentence = (
-        (same_up_to_rounding, light) if kind == "light" else (as_good, good)
-    )
+    verdict, sentence = (same_up_to_rounding, light) if kind == "light" else (as_good, good)
     return [
         _ladder(f"same bits, {kind}", exact, bits, _kinds(kind, SAME_BITS, same_bits, PROMISED)),
         _ladder(f"rounded, {kind}", sentence, rounded, _kinds(kind, ROUNDED, verdict, "")),
@@ -205,10 +217,18 @@ LADDERS: list[Ladder] = [
     _ladder(
         "another step far away",
         "A light step is resolved alone, and together with another light step that is ever farther "
-        "away. The answer is the same.",
+        "away. The error is the largest deviation of its answer. Its objective is as good.",
         DISTANCES,
         _distance,
         unit="distance / size",
+    ),
+    _ladder(
+        "another step beside it, by depth",
+        "An ever deeper step is resolved alone, and together with a light step 64 m away. The "
+        "error is the largest deviation of its answer. Its objective is as good.",
+        DEPTHS,
+        _depth_beside,
+        unit="depth / edge length",
     ),
     *symmetry_of_zones.LADDERS,
     *symmetry_of_pairs.LADDERS,

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from izo_ref.base.arrays import Floats
+from izo_ref.base.arrays import AnyInts, Floats
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution
 from validation.ladders.ladder import RIGHT, SAYS_SO, WRONG, Ladder, Outcome, Rung
@@ -20,9 +20,8 @@ ZONES = 48  # of each symmetry
 TOLERANCE = 1e-9  # largest relative error against the exact optimum
 
 # Takes a zone; returns another one, and what brings its displacements back.
-ZoneTwin: TypeAlias = Callable[
-    [np.random.Generator, ZoneProblem], tuple[ZoneProblem, Callable[[Floats], Floats]]
-]
+Written: TypeAlias = tuple[ZoneProblem, Callable[[Floats], Floats]]
+ZoneTwin: TypeAlias = Callable[[np.random.Generator, ZoneProblem], Written]
 
 
 def drawn_zone(number: int) -> ZoneProblem:
@@ -38,26 +37,27 @@ def drawn_zone(number: int) -> ZoneProblem:
     return kinds[number % 4]()
 
 
-def other_order(rng: np.random.Generator, zone: ZoneProblem):
+def other_order(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """The impacts in another order."""
     order = rng.permutation(len(zone.nodes))
     return _changed(zone, zone.nodes[order], zone.weights[order], zone.normals[order]), _same
 
 
-def sides_exchanged(rng: np.random.Generator, zone: ZoneProblem):
+def sides_exchanged(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """Half of the impacts with their sides exchanged: other signs of weights and normal."""
     signs = rng.choice([-1.0, 1.0], (len(zone.nodes), 1))
     return _changed(zone, zone.nodes, signs * zone.weights, signs * zone.normals), _same
 
 
-def other_corners(rng: np.random.Generator, zone: ZoneProblem):
+def other_corners(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """The four vertices of each impact in another order, with their weights."""
     order = rng.permuted(np.tile(np.arange(4), (len(zone.nodes), 1)), axis=1)
-    nodes, weights = (np.take_along_axis(a, order, axis=1) for a in (zone.nodes, zone.weights))
+    nodes = np.take_along_axis(zone.nodes, order, axis=1)
+    weights = np.take_along_axis(zone.weights, order, axis=1)
     return _changed(zone, nodes, weights, zone.normals), _same
 
 
-def other_vertices(rng: np.random.Generator, zone: ZoneProblem):
+def other_vertices(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """The vertices with other numbers."""
     order = rng.permutation(len(zone.masses))
     place = np.argsort(order)
@@ -72,13 +72,13 @@ def other_vertices(rng: np.random.Generator, zone: ZoneProblem):
     return twin, lambda moves: moves[place]
 
 
-def repeated(rng: np.random.Generator, zone: ZoneProblem):
+def repeated(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """Each impact three times."""
     three = np.repeat(np.arange(len(zone.nodes)), 3)
     return _changed(zone, zone.nodes[three], zone.weights[three], zone.normals[three]), _same
 
 
-def scaled(rng: np.random.Generator, zone: ZoneProblem):
+def scaled(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """Lengths times 2^k and masses times 2^j."""
     k, j = int(rng.integers(-90, 91)), int(rng.integers(-90, 91))
     twin = ZoneProblem(
@@ -92,7 +92,7 @@ def scaled(rng: np.random.Generator, zone: ZoneProblem):
     return twin, lambda moves: np.ldexp(moves, -k)
 
 
-def axes_exchanged(rng: np.random.Generator, zone: ZoneProblem):
+def axes_exchanged(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """The axes in another order, one of them backward."""
     axes, sign = rng.permutation(3), np.array([1.0, -1.0, 1.0])
     proposed, normals = (sign * array[:, axes] for array in (zone.proposed, zone.normals))
@@ -100,21 +100,21 @@ def axes_exchanged(rng: np.random.Generator, zone: ZoneProblem):
     return twin, lambda moves: (sign * moves)[:, np.argsort(axes)]
 
 
-def two_zones(rng: np.random.Generator, zone: ZoneProblem):
+def two_zones(rng: np.random.Generator, zone: ZoneProblem) -> Written:
     """Together with another zone that shares no vertex with it."""
     other, n = drawn_zone(int(rng.integers(1 << 30))), len(zone.masses)
     twin = ZoneProblem(
         np.concatenate((zone.nodes, other.nodes + n)),
-        *(
-            np.concatenate((getattr(zone, name), getattr(other, name)))
-            for name in ("weights", "normals", "proposed", "masses")
-        ),
+        np.concatenate((zone.weights, other.weights)),
+        np.concatenate((zone.normals, other.normals)),
+        np.concatenate((zone.proposed, other.proposed)),
+        np.concatenate((zone.masses, other.masses)),
         zone.thickness,
     )
     return twin, lambda moves: moves[:n]
 
 
-def _changed(zone: ZoneProblem, nodes, weights, normals) -> ZoneProblem:
+def _changed(zone: ZoneProblem, nodes: AnyInts, weights: Floats, normals: Floats) -> ZoneProblem:
     return ZoneProblem(nodes, weights, normals, zone.proposed, zone.masses, zone.thickness)
 
 
