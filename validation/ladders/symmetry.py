@@ -170,8 +170,10 @@ def _ladder(
     run: Run,
     quick: Sequence[Rung] = (),
     unit: str = "kind",
+    wanted: Rung | None = None,
 ) -> Ladder:
-    return Ladder(FAMILY, name, sentence, unit, rungs, run, quick, 300.0, rungs[-1])
+    wanted = rungs[-1] if wanted is None else wanted
+    return Ladder(FAMILY, name, sentence, unit, rungs, run, quick, 300.0, wanted)
 
 
 def _steps_of(kind: str) -> list[Ladder]:
@@ -225,10 +227,13 @@ LADDERS: list[Ladder] = [
     _ladder(
         "another step beside it, by depth",
         "An ever deeper step is resolved alone, and together with a light step 64 m away. The "
-        "error is the largest deviation of its answer. Its objective is as good.",
+        "error is the largest deviation of its answer. Its objective is as good. Two decisions are "
+        "taken for the whole scene: whether a step is deep, from the mean of all impacts, and "
+        "whether a round of new normals pays.",
         DEPTHS,
         _depth_beside,
         unit="depth / edge length",
+        wanted=8.0,
     ),
     *symmetry_of_zones.LADDERS,
     *symmetry_of_pairs.LADDERS,
