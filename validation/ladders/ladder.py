@@ -101,3 +101,29 @@ def border(outcomes: Sequence[tuple[Rung, Outcome]]) -> Border:
         last = rung
     said = [o.status for _, o in outcomes if o.verdict != RIGHT]
     return Border(last, beyond, tuple(dict.fromkeys(said)))
+
+
+def worst(draws: Iterable[Sequence[Outcome]]) -> list[Outcome]:
+    """Return the worst outcome of several draws of one rung, for each program.
+
+    The worst is the one with the worst verdict, and of these the one with the largest error. Its
+    time, its iterations, its violation and its condition number are the largest of all draws.
+
+    Args:
+        draws: The outcomes of each draw, our own first.
+
+    Returns:
+        One outcome for each program, our own first.
+    """
+    by_program: dict[str, list[Outcome]] = {}
+    for outcomes in draws:
+        for outcome in outcomes:
+            by_program.setdefault(outcome.by, []).append(outcome)
+    return [_worst_of_program(outcomes) for outcomes in by_program.values()]
+
+
+def _worst_of_program(outcomes: Sequence[Outcome]) -> Outcome:
+    chosen = max(outcomes, key=lambda o: (VERDICTS.index(o.verdict), o.error or 0.0))
+    numbers = ("violation", "iterations", "seconds", "condition")
+    found = {name: [v for o in outcomes if (v := getattr(o, name)) is not None] for name in numbers}
+    return chosen._replace(**{name: max(values, default=None) for name, values in found.items()})
