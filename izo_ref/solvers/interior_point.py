@@ -167,6 +167,7 @@ def interior_point(
     start: tuple[Floats, Multipliers],
     gap_tolerance: float,
     violation_tolerance: float,
+    farthest: float = FARTHEST,
 ) -> tuple[Floats, Multipliers, int, bool]:
     """Solve one zone.
 
@@ -175,18 +176,21 @@ def interior_point(
         start: z, (n,) f8, and multipliers, (m,) f8, after some sweeps; n is 3 n_vertices.
         gap_tolerance: Relative duality gap to reach. The method goes below it if rounding allows.
         violation_tolerance: Largest s - C z to reach, in the unit of rhs.
+        farthest: Largest |z| of a solution, over the largest rhs.
 
     Returns:
         z, (n,) f8, the multipliers, (m,) f8, the number of iterations, and whether the constraints
         are satisfied to tolerance. If they are not, there are two possible reasons. Either the
-        multipliers prove that |z| is above FARTHEST for every z that satisfies the constraints, if
-        there is any. Or the iterations ended before the tolerance was reached.
+        multipliers prove that |z| is above `farthest` for every z that satisfies the constraints,
+        if there is any. Or the iterations ended before the tolerance was reached.
     """
     rhs = zone.rhs
     gap_tolerance = max(gap_tolerance, LEAST_TOLERANCE)
     violation_tolerance = max(violation_tolerance, LEAST_TOLERANCE)
     scale = rhs.max()
     s = rhs / scale
+    if _is_solved(zone, start, scale, gap_tolerance, violation_tolerance):
+        return *start, 0, True
     newton = _choose_equations(zone)
     z, slack, multipliers = _move_inside(s, newton, start[0] / scale, start[1] / scale)
     best, iteration = (np.inf, z, multipliers, 0), 0
@@ -204,7 +208,7 @@ def interior_point(
             break
         if min(slack.min(), multipliers.min()) <= 0.0:  # a step to the boundary was rounded onto it
             break
-        if norm > FARTHEST:
+        if norm > farthest:
             return z * scale, multipliers * scale, iteration, False
         newton.factorize(slack, multipliers)
         dz, dw, du = _direction(newton, slack, multipliers, primal, dual)
@@ -215,6 +219,35 @@ def interior_point(
         multipliers = multipliers + length * du
     violation = float(np.max(rhs - zone.times(best[1] * scale)))
     return best[1] * scale, best[2] * scale, iteration, violation <= violation_tolerance
+
+
+def _is_solved(
+    zone: LargeZone,
+    start: tuple[Floats, Multipliers],
+    scale: float,
+    gap_tolerance: float,
+    violation_tolerance: float,
+) -> bool:
+    """Return whether a start is the solution already, to the accuracy that the iterations reach.
+
+    If sweeps solved a zone to rounding, all slacks of active constraints are rounding, and so is
+    their mean. `_move_inside` then leaves them there, and the iterations cannot begin. Zones of one
+    impact many times over are such zones.
+    """
+    z, multipliers = start
+    s, dual, primal = zone.rhs / scale, np.empty_like(z), np.empty_like(zone.rhs)
+    violation, objective, gap, _ = residuals(
+        z / scale,
+        zone.pull(multipliers) / scale,
+        zone.times(z) / scale,
+        s,
+        np.zeros_like(s),
+        multipliers / scale,
+        dual,
+        primal,
+    )
+    off = max(gap / gap_tolerance, objective * violation * scale / violation_tolerance)
+    return objective > 0.0 and off < CONVERGED_ERROR * objective
 
 
 def _choose_equations(zone: LargeZone) -> _NewtonEquations:

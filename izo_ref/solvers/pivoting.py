@@ -1,4 +1,4 @@
-"""Block pivoting for one large zone that was solved before with fewer impacts.
+"""Block pivoting for one large zone that was solved before with fewer impacts, and polishing.
 
 In scaled variables (docs/method section 5) the multipliers minimise 1/2 |C^T u|^2 - s . u over
 u >= 0. Let F be the set of active constraints, those with a positive multiplier. The last solution
@@ -23,6 +23,8 @@ Source: L. F. Portugal, J. J. Judice, L. N. Vicente, A comparison of block pivot
 interior-point algorithms for linear least squares problems with nonnegative variables (1994);
 R. T. Rockafellar, Monotone operators and the proximal point algorithm (1976).
 """
+
+from __future__ import annotations
 
 import numpy as np
 
@@ -51,6 +53,12 @@ STALLED_SLOP = 0.5
 FALLS, PATIENCE = 0.6, 6
 # All but one of the 71 zones took at most 40 solves.
 MAX_STEPS = 40
+# rho of a polished answer. On random zones and stacks of 300 to 1500 impacts with mass ratios of 1
+# and 1e12, the active constraints were found in 1 to 4 factorisations, and in up to 8 with 1e-12 or
+# less. With 1e-8 some corrections stopped early.
+POLISH_RHO = 1e-10
+POLISHES = 4  # factorisations of a polished answer
+CORRECTIONS = 12  # of one factorisation, most of which end after 2 to 5
 
 
 def pivot_from(
@@ -104,6 +112,64 @@ def pivot_from(
     return None
 
 
+def polish(
+    zone: LargeZone, z: Floats, multipliers: Multipliers, violation_tolerance: float
+) -> tuple[Floats, Multipliers]:
+    """Move a solution onto its active constraints, which takes its error down to rounding.
+
+    The distance of a solution to the optimum is as large as the root of its relative gap, some
+    1e-6. A constraint is active if its multiplier is larger than its slack. With the right active
+    constraints, the distance is some rounding over their smallest singular value. Those whose
+    multiplier becomes negative leave, and violated ones enter. It takes an eighth to a third of the
+    time of the interior point. What `pivot_from` returns is as near without it.
+
+    Args:
+        zone: The zone.
+        z: (3 n_vertices,) f8 [m kg^1/2], near the solution.
+        multipliers: (m,) f8 [m kg^1/2], u >= 0.
+        violation_tolerance: Largest s - C z, in the unit of rhs.
+
+    Returns:
+        z and the multipliers; those that came in if no better ones were found.
+    """
+    active, u = multipliers > zone.times(z) - zone.rhs, multipliers
+    matrix, before = _Matrix(zone, POLISH_RHO), _gap(zone, z, u)
+    for _ in range(POLISHES):
+        moved, u = _move_onto(zone, matrix, active, np.where(active, np.maximum(u, 0.0), 0.0))
+        missing = zone.rhs - zone.times(moved)
+        wrong = np.where(active, u < 0.0, missing > 0.5 * violation_tolerance)
+        if not wrong.any():
+            is_better = missing.max() <= violation_tolerance and _gap(zone, moved, u) < before
+            return (moved, u) if is_better else (z, multipliers)
+        active = active ^ wrong
+    return z, multipliers
+
+
+def _move_onto(
+    zone: LargeZone, matrix: _Matrix, active: Flags, u: Multipliers
+) -> tuple[Floats, Multipliers]:
+    """Bring the slack of active constraints to zero, from z = C^T u; return z and u.
+
+    z gets the corrections themselves and is not computed from u again. Where constraints are nearly
+    opposed, u is large, and C^T u has its rounding.
+    """
+    z, last = zone.pull(u), np.inf
+    for _ in range(CORRECTIONS):
+        missing = np.where(active, zone.rhs - zone.times(z), 0.0)
+        off = np.abs(missing).max()
+        if not off <= 0.5 * last:
+            break
+        step, last = matrix.solve(active, missing), off
+        z, u = z + zone.pull(step), u + step
+    return z, u
+
+
+def _gap(zone: LargeZone, z: Floats, u: Multipliers) -> float:
+    """Return the duality gap of z and multipliers u >= 0, in the unit of rhs squared."""
+    products, dual, primal = zone.times(z), np.empty_like(z), np.empty_like(u)
+    return residuals(z, zone.pull(u), products, zone.rhs, np.zeros_like(u), u, dual, primal)[2]
+
+
 def first_of_neighbours(zone: LargeZone, wrong: Flags, by: Floats | None) -> Flags:
     """Return the constraints that come first among all that share a vertex with them.
 
@@ -136,14 +202,15 @@ class _Matrix:
 
     Args:
         zone: The zone.
+        rho: What is added to the diagonal.
     """
 
-    def __init__(self, zone: LargeZone) -> None:
+    def __init__(self, zone: LargeZone, rho: float = RHO) -> None:
         """Compute the matrix of all constraints, and analyse its pattern."""
         entries, self._values = gram_products(
             zone.nodes, zone.coefficients, zone.normals, zone.n_vertices
         )
-        self._values[entries[:, 0] == entries[:, 1]] += RHO
+        self._values[entries[:, 0] == entries[:, 1]] += rho
         self._factors = SparseCholesky(entries, len(zone.rhs), 1)
         self._factored: Flags | None = None
 

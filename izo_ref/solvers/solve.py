@@ -6,6 +6,7 @@ solves the small zones side by side, one thread a zone, and then the large zones
 (`solvers/large_zone.py`).
 """
 
+import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -190,19 +191,23 @@ def _solve_large_zone(
         answers.methods[zone], answers.solved[zone] = INTERIOR_POINT, True
         return
     large = constraints_of_zone(system, constraints, zone)
+    masses = system.masses[vertices]
     solution = solve_large_zone(
         large,
         np.zeros(len(rhs)) if start is None else start[own] * large.lengths,
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
         options.method == "interior-point",
+        # z is sqrt(m) times a displacement, so a heavy vertex that moves as far as a light one has
+        # a z that is larger by the root of the ratio of their masses.
+        FARTHEST * math.sqrt(float(masses.max()) / float(masses.min())),
     )
     multipliers = solution.multipliers
     answers.multipliers[own], answers.steps[zone] = multipliers, solution.steps
     answers.active[own] = multipliers > large.times(solution.z) - rhs
     answers.z[vertices] = solution.z.reshape(-1, 3)
     if (constraints.unknowns[own] >= 0).all():
-        _keep_centre(answers.z[vertices], np.sqrt(system.masses[vertices]))
+        _keep_centre(answers.z[vertices], np.sqrt(masses))
     answers.methods[zone] = METHOD_NAMES.tolist().index(solution.method)
     answers.solved[zone] = solution.solved
 

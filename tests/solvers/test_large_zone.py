@@ -9,7 +9,9 @@ from izo_ref.solvers import large_zone as large
 from izo_ref.solvers.large_zone import is_entangled, solve_large_zone
 from izo_ref.solvers.solve import solve_zone
 from tests.helpers.shapes import large_zone, random_problem
+from validation.oracles.rational import ExactZone
 from validation.scenes.piles import chain_zone, stack_zone
+from validation.scenes.stiff_zones import copied_zone, slab_zone, wedge_zone
 from validation.scenes.zones import random_zone
 
 
@@ -179,3 +181,26 @@ def test_a_zone_with_more_impacts_than_unknowns_is_not_pivoted(rng, copies, meth
     again = solve_large_zone(zone, 1.1 * first.multipliers, 1e-9, tolerance_m, False)
     assert again.solved
     assert again.method == method
+
+
+@pytest.mark.parametrize("copies", [1, 2, 40])
+def test_the_interior_point_solves_a_zone_that_sweeps_solve_exactly(rng, copies):
+    """Then all slacks are zero or rounding, and it could not begin."""
+    problem = copied_zone(rng, wedge_zone(rng, 0.0), copies)
+    found = solve_zone(problem, "interior-point")
+    zone = ExactZone(problem)
+    optimum = zone.solve()
+    assert found.residuals.solved(1e-9, 1e-9)
+    assert zone.relative_error(found.displacements, optimum) <= 1e-14
+
+
+@pytest.mark.parametrize("mass_ratio", [1e8, 1e10, 1e12])
+@pytest.mark.parametrize("width", [-10.0, -0.1])
+def test_a_light_vertex_moves_heavy_faces_apart(rng, width, mass_ratio):
+    """In the norm of the masses that is far, 1e6 times as far as the light vertex alone goes."""
+    problem = slab_zone(rng, width, mass_ratio)
+    found, zone = solve_zone(problem), ExactZone(problem)
+    assert found.feasible
+    assert found.residuals.solved(1e-9, 1e-9)
+    # the condition number is some 1e12 at most, so rounding leaves up to 1e-10
+    assert zone.relative_error(found.displacements, zone.solve()) <= 1e-10

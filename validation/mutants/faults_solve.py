@@ -188,9 +188,9 @@ SOLVERS = [
     Fault(
         "interior-point-always-feasible",
         "izo_ref/solvers/interior_point.py",
-        "        if norm > FARTHEST:\n"
+        "        if norm > farthest:\n"
         "            return z * scale, multipliers * scale, iteration, False\n",
-        "        if norm > FARTHEST:\n"
+        "        if norm > farthest:\n"
         "            return z * scale, multipliers * scale, iteration, True\n",
         "A zone that no point satisfies counts as solved.",
         ("tests/solvers/test_solve.py::test_an_infeasible_zone_is_reported_infeasible",),
