@@ -12,6 +12,8 @@ re-orders nor contracts operations on floats if it is not allowed to.
 
 import gc
 import mmap
+import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cached_property, partial
@@ -38,6 +40,9 @@ RARELY = 100
 # Address space that LLVM may need for one function [bytes]. Loading fails below 24 MiB; the first
 # function that is compiled takes 147 MiB with what numba loads for it, and the others up to 53.
 LOADING, COMPILING = 32 << 20, 256 << 20
+# Some functions import scipy.linalg while they are loaded, whose BLAS waits for ever if it gets no
+# memory. It takes 120 MiB on 2 cores, and has threads and buffers for each core.
+BLAS = (128 << 20) + (os.cpu_count() or 1) * (32 << 20)
 
 
 @contextmanager
@@ -189,6 +194,8 @@ class Function(CPUDispatcher):
                 self.prepare(self)
                 self.prepare = None
             require_room(COMPILING if isinstance(self._cache, NullCache) else LOADING)
+            if "scipy.linalg" not in sys.modules:
+                require_room(BLAS)
             threshold = gc.get_threshold()
             gc.set_threshold(RARELY * threshold[0], *threshold[1:])
             try:

@@ -40,16 +40,19 @@ def step(tmp_path):
 
 @LINUX
 @pytest.mark.parametrize(
-    "room", [0, 4, 36, *(pytest.param(r, marks=pytest.mark.slow) for r in (1, 2, 8, 16, 31, 33))]
+    "room", [0, 4, 90, *(pytest.param(r, marks=pytest.mark.slow) for r in (1, 2, 8, 16, 33, 300))]
 )
 def test_little_address_space_is_a_sentence(room, step, tmp_path):
-    """Without the check before LLVM is called, 1 to 20 MiB ended by SIGABRT or a traceback."""
+    """Without the checks, 1 to 20 MiB ended by SIGABRT or a traceback.
+
+    With 60 to 100 MiB, the BLAS of scipy waited for ever, if a step has a large zone.
+    """
     out = tmp_path / "out.npz"
     out.write_bytes(b"old")
     command = [sys.executable, "-c", LIMITED, str(room), "resolve", str(step), "-o", str(out)]
-    done = subprocess.run(command, capture_output=True, text=True)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
     assert "Traceback" not in done.stderr
-    if room >= 36 and done.returncode == 0:
+    if room >= 300 and done.returncode == 0:
         assert out.read_bytes()[:2] == b"PK"  # it was enough
         return
     assert done.returncode == 2, done.stderr
@@ -103,7 +106,7 @@ def test_compiled_code_without_memory_raises_an_error(threads):
 
 
 def test_llvm_is_not_called_without_room(monkeypatch):
-    for name in ("LOADING", "COMPILING"):
+    for name in ("LOADING", "COMPILING", "BLAS"):
         monkeypatch.setattr(callees, name, 1 << 62)
 
     @compiled

@@ -150,7 +150,15 @@ TARGETS = (
         "izo conform",
         "izo_ref.app.cli",
         (
-            *("conform", "--exec", f"{sys.executable} -m tests.ports.own", "--case", CASE),
+            *(
+                "conform",
+                "--exec",
+                f"{sys.executable} -m tests.ports.own",
+                "--case",
+                CASE,
+                "--seconds",
+                "120",
+            ),
             *("--json", "{work}/r.json", "--html", "{work}/r.html"),
             *("--write-failures", "{work}/known.txt"),
         ),
