@@ -8,6 +8,7 @@ times. So each declared size is compared with the bytes that are there before me
 * Deflate, the compression of numpy, makes at most 1032 bytes of one byte. So an archive never takes
   more than 1032 times its own size, and an array that declares more is refused.
 * An array has exactly the bytes that shape and type ask for, and its checksum is right.
+* The end of an archive says how many arrays there are, and there are as many.
 * The list of contents has at most `LARGEST_LIST` bytes, which is some 30,000 arrays.
 
 Only the arrays that are asked for are read. Nothing is ever unpickled.
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 import io
 import os
+import struct
 import zipfile
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
@@ -33,6 +35,10 @@ LARGEST_LIST = 4 << 20  # bytes of an archive's list of contents
 ENCRYPTED = 0x1  # flag of a member
 PIECE = 1 << 20  # bytes that are read at once
 ENDING = ".npy"
+END, WIDE_END = b"PK\x05\x06", b"PK\x06\x06"  # records at the end of an archive
+LONGEST_END = (
+    22 + 0xFFFF + 76
+)  # bytes: the record, its comment, and the two records of large archives
 
 
 class Archive:
@@ -47,6 +53,10 @@ class Archive:
         self._path, size = path, os.fstat(file.fileno()).st_size
         self._archive = zipfile.ZipFile(cast(Any, _Bounded(file)))
         members = [member for member in self._archive.infolist() if not member.is_dir()]
+        count = _declared_count(file, size)
+        if count != len(self._archive.infolist()):
+            found = len(self._archive.infolist())
+            raise HeaderError(f"its list of contents declares {count} arrays, but has {found}")
         self._members: dict[str, zipfile.ZipInfo] = {}
         for member in members:
             name = member.filename.removesuffix(ENDING)
@@ -91,6 +101,22 @@ class Archive:
         """
         _check_member(self._members[name])
         self._archive.open(self._members[name]).close()
+
+
+def _declared_count(file: BinaryIO, size: int) -> int:
+    """Return how many files the end of an archive says there are.
+
+    Python's reader does not compare it with what it finds. So one wrong bit in the length of a
+    comment would make the next array disappear without an error.
+    """
+    file.seek(max(0, size - LONGEST_END))
+    tail = file.read(LONGEST_END)
+    at = tail.rfind(END)
+    count = int(struct.unpack_from("<H", tail, at + 10)[0])
+    wide = tail.rfind(WIDE_END, 0, at)
+    if count == 0xFFFF and wide >= 0:
+        count = int(struct.unpack_from("<Q", tail, wide + 32)[0])
+    return count
 
 
 class _Bounded(io.BufferedIOBase):

@@ -117,6 +117,17 @@ def test_damage_to_the_name_of_an_optional_array_is_noticed(tmp_path):
     assert "thicknest" in refused(tmp_path / "out.npz", zip_bytes(list(members.values())))
 
 
+@pytest.mark.parametrize("place", [30, 32])
+def test_an_array_that_one_wrong_bit_hides_is_missed(tmp_path, place):
+    """The length of the extra field, or of the comment, of a record covers the next record."""
+    content = bytearray(zip_bytes(list(members_of(RESULT).values())))
+    first = content.find(b"PK\x01\x02")
+    assert content[first + 46 :].startswith(b"positions.npy")
+    content[first + place] ^= 128
+    message = refused(tmp_path / "out.npz", bytes(content))
+    assert place == 30 or "declares 2 arrays, but has 1" in message
+
+
 @pytest.mark.parametrize("kind", ["<f4", ">f8", "<f2", ">i8", "u1"])
 @pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
 def test_every_plain_type_is_read_as_numpy_reads_it(kind, version):

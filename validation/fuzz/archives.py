@@ -6,6 +6,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,16 +66,22 @@ class Member(NamedTuple):
     local: str | None = None
 
 
+@lru_cache(64)
+def _packed(data: bytes) -> tuple[bytes, int]:
+    """Return bytes compressed as in an archive, and their checksum."""
+    packer = zlib.compressobj(6, zlib.DEFLATED, -15)
+    return packer.compress(data) + packer.flush(), zlib.crc32(data)
+
+
 def zip_bytes(members: list[Member], shared: bool = False) -> bytes:
     """Return an archive; with `shared`, all members point at the bytes of the first one."""
     out, central, first = bytearray(), bytearray(), None
     for member in members:
-        packer = zlib.compressobj(9, zlib.DEFLATED, -15)
-        deflated = packer.compress(member.data) + packer.flush()
+        deflated, true_crc = _packed(member.data)
         data = deflated if member.method == 8 else member.data
         size = len(member.data) if member.size is None else member.size
         packed = len(data) if member.packed is None else member.packed
-        crc = zlib.crc32(member.data) if member.crc is None else member.crc
+        crc = true_crc if member.crc is None else member.crc
         name = member.name.encode()
         local = name if member.local is None else member.local.encode()
         offset = len(out) if first is None or not shared else first
@@ -201,14 +208,12 @@ RECORDS: tuple[Callable[[Member], list[Member]], ...] = (
 )
 
 
-def _bomb(arrays: dict[str, Any]) -> bytes:
+@cache
+def _bomb(*names: str) -> bytes:
     """Return an archive of which many members share the bytes of one."""
     data = array_bytes(np.zeros((40_000, 3)))
-    return zip_bytes(
-        [Member(f"{name}.npy", data) for name in [*arrays] * 1]
-        + [Member(f"x{i}.npy", data) for i in range(50)],
-        shared=True,
-    )
+    files = [f"{name}.npy" for name in (*names, *map(str, range(50)))]
+    return zip_bytes([Member(file, data) for file in files], shared=True)
 
 
 def hostile_archive(rng: Rng, arrays: dict[str, Any]) -> tuple[bytes, bool | None, str]:
@@ -228,7 +233,7 @@ def hostile_archive(rng: Rng, arrays: dict[str, Any]) -> tuple[bytes, bool | Non
     if kind == 3:
         return _variant(rng, arrays), True, "a variant"
     if kind == 4 and rng.random() < 0.3:
-        return _bomb(arrays), False, "shared bytes"
+        return _bomb(*arrays), False, "shared bytes"
     return _damaged(rng, zip_bytes(list(members.values()))), None, f"damage of kind {kind}"
 
 

@@ -53,7 +53,12 @@ def table_of(value: Any, depth: int = 0) -> Table | None:
     if any(row.shape != known[0].shape for row in known):
         return None
     inner = known[0].shape if known else ()
-    return Table((len(known), *inner), [item for row in known for item in row.items])
+    items = [item for row in known for item in row.items]
+    plain = (bool, np.bool_, float, int, np.number)
+    if depth == 0 and all(isinstance(x, plain) and abs(x) < 2**63 for x in items):
+        if not all(isinstance(x, (bool, np.bool_)) for x in items):
+            items = [+x if isinstance(x, bool) else x for x in items]  # as numpy does in a list
+    return Table((len(known), *inner), items)
 
 
 def mixes_flags(table: Table) -> bool:
@@ -104,8 +109,8 @@ def index_wrong(name: str, value: Any, width: int, n: int) -> Wrong | None:
         if type(item) is int:
             continue
         number = number_of(item)
-        if isinstance(item, (str, bytes, complex, np.complexfloating)):
-            return Wrong(name)
+        if isinstance(item, (bool, np.bool_, str, bytes, complex, np.complexfloating)):
+            return Wrong(name)  # the message names the type of the array
         if number is None or not math.isfinite(number) or number != int(number) or number != item:
             return Wrong(name, str([i // width, i % width]))
     for i, item in enumerate(table.items):
@@ -173,7 +178,7 @@ def mass_wrong(value: Any, n: int, pinned: Sequence[bool], infinite: bool = Fals
 def positive_wrong(name: str, value: Any, least: float = math.ulp(0.0)) -> Wrong | None:
     """Return what is wrong with one finite number of at least `least`."""
     if isinstance(value, np.ndarray):
-        value = value.item() if value.ndim == 0 else None
+        value = value.item() if value.ndim == 0 and not np.ma.is_masked(value) else None
     number = number_of(value)
     right = number is not None and math.isfinite(number) and number >= least
     return None if right else Wrong(name)
