@@ -147,7 +147,7 @@ def changed(rng: Rng, array: Any) -> Any:
     with np.errstate(all="ignore"):
         try:
             return change(rng, np.asarray(array))
-        except (ValueError, TypeError, OverflowError, IndexError):  # numpy makes no such array
+        except Exception:  # numpy makes no such array, or an object in it is angry
             return strange_value(rng)
 
 
