@@ -298,7 +298,11 @@ def _load(path: FilePath, names: Sequence[str], optional: Collection[str] = ()) 
             f"{path}: expected the arrays {', '.join(names)}; {', '.join(missing)} missing, "
             f"found {listed}"
         )
-    return read_archive(path, {*names, *optional})
+    arrays = read_archive(path, {*names, *optional})
+    texts = [name for name, array in arrays.items() if array.dtype.kind == "U"]
+    if texts:
+        raise FileFormatError(f"{path}: the array {texts[0]}: expected numbers, found texts")
+    return arrays
 
 
 def _require_archive(path: FilePath, begin: bytes) -> None:

@@ -49,7 +49,10 @@ class Unprintable:
         ({"positions_t1": with_object(START, (2, 1), "1")}, ["'1' at [2, 1]"]),
         ({"positions_t1": with_object(START, (2, 1), True)}, ["True at [2, 1]"]),
         ({"positions_t1": with_object(START, (3, 0), 10**5000)}, ["16610 bits at [3, 0]"]),
-        ({"positions_t1": with_object(START, (0, 2), Unprintable())}, ["Unprintable at [0, 2]"]),
+        (
+            {"positions_t1": with_object(START, (0, 2), Unprintable())},
+            ["Unprintable instance", "at [0, 2]"],
+        ),
         ({"positions_t1": np.ma.masked_array(START, START > 0.5)}, ["3 entries are masked"]),
         ({"positions_t1": [np.ma.masked_array(p, p > 0.5) for p in START]}, ["masked"]),
         ({"faces": np.empty((5, 0))}, ["faces", "(5, 0)"]),
@@ -64,6 +67,7 @@ class Unprintable:
         ({"initial_intersections": np.array(["raise", "x"])}, ["initial_intersections"]),
         ({"prescribed": 10**5000}, ["prescribed", "bits"]),
     ],
+    ids=shown,
 )
 def test_what_is_no_number_is_refused_and_named(changes, words):
     with pytest.raises(izo_ref.IzoError) as caught:
@@ -96,7 +100,9 @@ def test_flags_have_the_bytes_0_and_1():
     assert scene(pinned=pinned).pinned.view(np.uint8).tolist() == [1, 0, 0, 1]
 
 
-@pytest.mark.parametrize("value", ["0.1", True, np.complex128(0.1), 10**5000, [0.1], None])
+@pytest.mark.parametrize(
+    "value", ["0.1", True, np.complex128(0.1), 10**5000, [0.1], None], ids=shown
+)
 def test_what_is_no_thickness_is_refused(value):
     with pytest.raises(errors.ThicknessError, match="thickness: expected a finite number > 0"):
         checks.thickness(value)
@@ -117,6 +123,7 @@ def test_what_is_no_thickness_is_refused(value):
         {"max_iterations": np.float64("inf")},
         {"thickness_fraction": 0},
     ],
+    ids=shown,
 )
 def test_what_is_no_option_is_refused(given):
     (name,) = given

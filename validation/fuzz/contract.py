@@ -55,9 +55,9 @@ def table_of(value: Any, depth: int = 0) -> Table | None:
     inner = known[0].shape if known else ()
     items = [item for row in known for item in row.items]
     plain = (bool, np.bool_, float, int, np.number)
-    if depth == 0 and all(isinstance(x, plain) and abs(x) < 2**63 for x in items):
-        if not all(isinstance(x, (bool, np.bool_)) for x in items):
-            items = [+x if isinstance(x, bool) else x for x in items]  # as numpy does in a list
+    is_plain = depth == 0 and all(isinstance(x, plain) and not abs(x) >= 2**63 for x in items)
+    if is_plain and not all(isinstance(x, (bool, np.bool_)) for x in items):
+        items = [+x if isinstance(x, bool) else x for x in items]  # as numpy does in a list
     return Table((len(known), *inner), items)
 
 
