@@ -16,7 +16,7 @@ from numba import get_num_threads
 from izo_ref.base import checks
 from izo_ref.base.arrays import Codes, Flags, Floats, Ints, Multipliers
 from izo_ref.base.devices import implementation
-from izo_ref.base.errors import DeviceUnavailableError
+from izo_ref.base.errors import DeviceUnavailableError, SizeError
 from izo_ref.base.options import LAGRANGIAN, SWEEPS, Options
 from izo_ref.base.units import require_ratio
 from izo_ref.solvers.augmented_lagrangian import SolveOn, descend, run_on_cpu
@@ -279,7 +279,8 @@ def solve_zone(
 
     Raises:
         OptionError: An option has a value that is not offered, or `problem` is no `ZoneProblem`.
-        SizeError: The lengths of the problem differ too much from each other, or the weights or
+        SizeError: The lengths of the problem differ too much from each other, a vertex would have
+            to end where no float is, or the weights or
             the normals of an impact are too large or too small.
         MassError: A mass is too small beside the largest one.
         DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
@@ -304,7 +305,14 @@ def solve_zone(
     require_ratio(problem.masses, np.isfinite(problem.masses))
     twin, units = problem_in_range(problem)
     solution = _solve_in_range(twin, options, trace, device)
-    return solution if twin is problem else solution_back(solution, units)
+    solution = solution if twin is problem else solution_back(solution, units)
+    off = np.flatnonzero(~np.isfinite(solution.positions).all(axis=1))
+    if len(off):
+        raise SizeError(
+            f"proposed: expected a zone whose answer floats can hold, but vertex {off[0]} has to end "
+            "beyond the largest float. Divide all coordinates and the thickness by a power of two"
+        )
+    return solution
 
 
 def _solve_in_range(

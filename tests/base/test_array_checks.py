@@ -175,6 +175,13 @@ def test_products_that_overflow_are_refused():
         izo_ref.solve_zone(izo_ref.ZoneProblem(**(ONE | huge)))
 
 
+def test_a_zone_whose_answer_no_float_holds_is_refused():
+    """The positions were infinite."""
+    problem = izo_ref.ZoneProblem(**(ONE | {"thickness": 1.7976931348623157e308}))
+    with pytest.raises(errors.SizeError, match="beyond the largest float"):
+        izo_ref.solve_zone(problem)
+
+
 @pytest.mark.parametrize("fake", [1, None, "certificate"])
 def test_a_certificate_that_is_none_is_refused(fake):
     result = type("Fake", (), {"certificate": fake})()

@@ -39,6 +39,8 @@ def table_of(value: Any, depth: int = 0) -> Table | None:
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in "biufOUSMmcV" or value.dtype.kind == "V":
             return Table(value.shape, [b"no number"] * value.size)
+        if value.dtype.kind not in "biufO":
+            return Table(value.shape, [b"no number"] * max(value.size, 1))
         return Table(value.shape, list(value.flat))
     if isinstance(value, (range, memoryview)):
         value = list(value)
