@@ -177,7 +177,8 @@ def test_products_that_overflow_are_refused():
 
 def test_a_zone_whose_answer_no_float_holds_is_refused():
     """The positions were infinite."""
-    problem = izo_ref.ZoneProblem(**(ONE | {"thickness": 1.7976931348623157e308}))
+    far = {"thickness": 1.7e308, "normals": [[0.0, 0.0, 0.5]], "masses": [1.0, *[np.inf] * 3]}
+    problem = izo_ref.ZoneProblem(**(ONE | far))
     with pytest.raises(errors.SizeError, match="beyond the largest float"):
         izo_ref.solve_zone(problem)
 
