@@ -309,8 +309,9 @@ def solve_zone(
     off = np.flatnonzero(~np.isfinite(solution.positions).all(axis=1))
     if len(off):
         raise SizeError(
-            f"proposed: expected a zone whose answer floats can hold, but vertex {off[0]} has to end "
-            "beyond the largest float. Divide all coordinates and the thickness by a power of two"
+            f"proposed: expected a zone whose answer floats can hold, but vertex {off[0]} has to "
+            "end beyond the largest float. Divide all coordinates and the thickness by a power of "
+            "two"
         )
     return solution
 
