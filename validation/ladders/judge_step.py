@@ -1,7 +1,7 @@
 """Run a whole step of a ladder, and compare what it claims with what is known."""
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -17,7 +17,7 @@ from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import zone_problem
 from validation import judge
 from validation.ladders.judge_zone import condition_number
-from validation.ladders.ladder import OWN, RIGHT, SAYS_SO, WRONG, Outcome
+from validation.ladders.ladder import NO_ANSWER, OWN, RIGHT, SAYS_SO, WRONG, Outcome
 from validation.limits import Limits
 from validation.oracles.pairs import meeting_pairs
 
@@ -69,6 +69,8 @@ class Known(NamedTuple):
         tolerance: Largest relative error that is right: of the positions, over the largest move
             from the proposal; or of the objective. Infinity if it is only reported.
         note: A sentence: what is known, and why.
+        check: Function of the result that returns what is false of it in a sentence, or an empty
+            string; for facts that hold whatever the status is, such as the centre of mass.
     """
 
     statuses: tuple[str, ...] = ("FREE",)
@@ -76,6 +78,7 @@ class Known(NamedTuple):
     objective: float | None = None
     tolerance: float = 1e-9
     note: str = ""
+    check: Callable[[Result], str] | None = None
 
 
 def judge_step(case: Case, known: Known) -> list[Outcome]:
@@ -97,11 +100,15 @@ def judge_step(case: Case, known: Known) -> list[Outcome]:
     except IzoError as error:
         status = type(error).__name__
         return [Outcome(RIGHT if status in known.statuses else SAYS_SO, status, note=str(error))]
+    except MemoryError as error:
+        return [Outcome(NO_ANSWER, "out of memory", note=str(error))]
     except Exception as error:  # whatever it is, it is no message to a user
         return [Outcome(WRONG, f"exception {type(error).__name__}", note=str(error))]
     status = result.status.name
     error = _error(result, known)
     refuted = _refuted(scene, result)
+    if known.check is not None:
+        refuted = refuted or known.check(result)
     if refuted:
         verdict = WRONG
     elif status not in known.statuses:
