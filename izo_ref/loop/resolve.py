@@ -20,6 +20,7 @@ from izo_ref.detection.detector import Detector
 from izo_ref.detection.mesh import median_length
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.iterate import Iteration, Loop
+from izo_ref.loop.less_thickness import find_with_less_thickness
 from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numbering
 from izo_ref.loop.plan import Plan, plan
 from izo_ref.loop.result_back import iterations_back, result_back
@@ -179,7 +180,7 @@ def _resolve_in_range(
         _relinearize(loop, options)
     watch.lap("relinearize")
     loop.step = step.to_cpu()
-    scaled_back = [] if free else _scale_back(loop, order)
+    scaled_back = [] if free else _scale_back(loop, order, thickness, options)
     watch.lap("scale_back")
 
     positions = np.empty_like(scene.positions_t1)
@@ -262,16 +263,19 @@ def _work(history: list[Iteration]) -> int:
     return sum(entry.moved + entry.found for entry in history)
 
 
-def _scale_back(loop: Loop, order: Indices) -> list[ScaledBack]:
+def _scale_back(loop: Loop, order: Indices, thickness: float, options: Options) -> list[ScaledBack]:
     """Scale zones back until the path is free, or as far as it can be.
 
-    If a group that stays at the start still meets pinned vertices, then no positions were found
-    for it. Its vertices end where they were on the path that was free for the longest time, of all
-    that were tried. Everything else keeps its positions.
+    A group that stays at the start and still meets pinned vertices gets less than the thickness.
+    If it does not fit either, then no positions were found for it. Its vertices end where they
+    were on the path that was free for the longest time, of all that were tried. Everything else
+    keeps its positions.
 
     Args:
         loop: The loop, whose step is on the CPU.
         order: (n_vertices,) i8, the caller's vertex at each place.
+        thickness: Distance that impacts keep at the end [m].
+        options: Choices and tolerances.
 
     Returns:
         What was scaled back, in the caller's numbering.
@@ -288,6 +292,9 @@ def _scale_back(loop: Loop, order: Indices) -> list[ScaledBack]:
         for group in range(len(groups)):
             vertices = groups.vertices_of(group)
             blocked[vertices] = np.isin(vertices, step.found.nodes).any()
-        step.positions = np.where(blocked[:, None], step.longest[0], step.positions)
+        ends = find_with_less_thickness(step, blocked, thickness, options)
+        if ends is None:
+            ends = np.where(blocked[:, None], step.longest[0], step.positions)
+        step.positions = ends
         scaled_back = [s._replace(vertices=s.vertices[~blocked[s.vertices]]) for s in scaled_back]
     return [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back if len(s.vertices)]

@@ -8,14 +8,48 @@ from izo_ref import Options, Status
 from tests.helpers.shapes import pinched_sheet, two_sheets
 
 
-def test_a_sheet_that_does_not_fit_falls_back_or_is_blocked():
-    """The sheet needs a thickness on both sides, and the pinned sheets leave less."""
-    scene = pinched_sheet(0.01, bump=0.2)
+@pytest.mark.parametrize("room", [0.01, 1e-4, 1e-9])
+def test_a_sheet_without_room_for_the_thickness_keeps_less_of_it(room):
+    """The sheet is to go through the upper pinned sheet, and the room is below the thickness."""
+    scene = pinched_sheet(room, bump=0.2)
     result = izo_ref.resolve(scene, thickness=0.02)
-    assert result.status in (Status.FREE_BY_FALLBACK, Status.BLOCKED)
-    assert result.certificate.free is (result.status is Status.FREE_BY_FALLBACK)
+    assert result.status is Status.FREE_BY_FALLBACK
+    assert result.certificate.free
     assert not result.converged
     np.testing.assert_array_equal(result.positions[scene.pinned], scene.positions_t1[scene.pinned])
+    between = result.positions[~scene.pinned, 2]
+    assert (np.abs(between) < 0.5 * room).all()
+
+
+def test_what_has_room_keeps_the_thickness_where_other_vertices_have_none():
+    """Two sheets far from a pinched one end where they end without it."""
+    pinched, beside = pinched_sheet(0.01, bump=0.2), two_sheets(np.random.default_rng(3), 6)
+    n = len(pinched.pinned)
+    scene = izo_ref.Scene(
+        np.concatenate((pinched.positions_t0, beside.positions_t0 + (50.0, 0.0, 0.0))),
+        np.concatenate((pinched.positions_t1, beside.positions_t1 + (50.0, 0.0, 0.0))),
+        np.concatenate((pinched.faces, beside.faces + n)),
+        pinned=np.concatenate((pinched.pinned, beside.pinned)),
+    )
+    result = izo_ref.resolve(scene, 0.02)
+    assert result.status is Status.FREE_BY_FALLBACK
+    statuses = {
+        status: {bool(v >= n) for zone in own for v in result.zones.vertices_of(zone)}
+        for status, own in _by_status(result).items()
+    }
+    assert statuses == {Status.FREE_BY_FALLBACK: {False}, Status.FREE: {True}}
+
+
+def _by_status(result):
+    zones = {}
+    for zone, status in enumerate(result.zone_statuses):
+        zones.setdefault(status, []).append(zone)
+    return zones
+
+
+def test_a_sheet_without_any_room_is_blocked():
+    result = izo_ref.resolve(pinched_sheet(0.0, bump=0.2), 0.02)
+    assert result.status is Status.BLOCKED
 
 
 @pytest.mark.parametrize("budget", [0, 1, 2])

@@ -138,8 +138,8 @@ STARTS = [
     Fault(
         "blocked-zone-blocks-all",
         "izo_ref/loop/resolve.py",
-        "        step.positions = np.where(blocked[:, None], step.longest[0], step.positions)\n",
-        "        step.positions = step.longest[0]\n",
+        "            ends = np.where(blocked[:, None], step.longest[0], step.positions)\n",
+        "            ends = step.longest[0]\n",
         "If one zone is blocked, no other one is resolved.",
         (EXCLUDED,),
         flag="fail-safe",
