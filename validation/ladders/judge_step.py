@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyArray, Positions
+from izo_ref.base.arrays import AnyArray, Faces, Positions
 from izo_ref.base.errors import IzoError
 from izo_ref.base.options import Options
 from izo_ref.base.records import Status
@@ -170,11 +170,20 @@ def _refuted(scene: Scene, result: Result) -> str:
         facts, _ = judge.path(scene, result.positions, Limits(seconds=30.0))
         failed = [fact.answer for fact in facts if fact.passed is False]
         return f"The path is not free: {failed[0]}." if failed else ""
-    found = meeting_pairs(scene.positions_t0, result.positions, scene.faces)
+    found = meeting_pairs(*_without_copies(scene, result))
     n = len(found.vertex_face) + len(found.edge_edge)
     if n and scene.touching is None:  # pairs that touch at the start meet at t = 0 by right
         return f"The path is not free: exact arithmetic finds {n} pairs that meet."
     return ""
+
+
+def _without_copies(scene: Scene, result: Result) -> tuple[Positions, Positions, Faces]:
+    """Return start, end and faces without the copies of welded vertices, which no face names."""
+    start, end, faces = scene.positions_t0, result.positions, scene.faces
+    if scene.copies is None:
+        return start, end, faces
+    own = scene.copies == np.arange(len(start))
+    return start[own], end[own], (np.cumsum(own) - 1)[faces].astype(np.int32)
 
 
 def _small_zones(result: Result) -> list[ZoneProblem]:
