@@ -4,8 +4,10 @@ A judge may be code of others that cannot be interrupted, or exact arithmetic wi
 time. A limit makes every check end, and says which judges did not decide.
 """
 
+import ctypes
 import multiprocessing
 import os
+import signal
 import sys
 import warnings
 from collections.abc import Callable
@@ -17,6 +19,7 @@ Returned = TypeVar("Returned")
 
 # Without fork, as on Windows, a judge runs in this process, and nothing limits it.
 STANDARD_ERROR = 2
+PR_SET_PDEATHSIG = 1  # of Linux: the signal that a process gets when its parent ends
 CAN_LIMIT = "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
 
 
@@ -58,9 +61,8 @@ def limited(
         return judge(*args, **named)
     context = multiprocessing.get_context("fork")
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(
-        target=_answer, args=(sender, limits.bytes, judge, args, named), daemon=True
-    )
+    # no daemon, because a judge may ask another one within limits of its own
+    process = context.Process(target=_answer, args=(sender, limits.bytes, judge, args, named))
     with warnings.catch_warnings():
         # Python warns that threads of this process may hold locks. They wait for work here, and
         # the new process starts none.
@@ -99,6 +101,7 @@ def _answer(
     import numba
 
     numba.set_num_threads(1)  # the threads of the first process are not in this one
+    _end_with_parent()
     with open("/proc/self/statm") as file:
         in_use = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (in_use + n_bytes, resource.RLIM_INFINITY))
@@ -111,3 +114,9 @@ def _answer(
         sender.send((False, error))
     sender.close()
     os._exit(0)
+
+
+def _end_with_parent() -> None:
+    """Let this process end when the one that started it does, where the system can do that."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -1,7 +1,9 @@
 """Judges end: by an answer, or because their time or their memory is used up."""
 
 import os
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,3 +40,36 @@ def test_a_judge_that_takes_too_much_memory_is_stopped():
 def test_a_judge_that_dies_is_reported():
     with pytest.raises(NotDecidedError, match="its process ended with -6"):
         limited(Limits(), os.abort)
+
+
+def _ask_another(seconds):
+    return limited(Limits(), len, "abc") + limited(Limits(seconds=seconds), time.sleep, 1000.0)
+
+
+def test_a_judge_may_ask_another_judge():
+    with pytest.raises(NotDecidedError, match=r"more than 0\.2 s"):
+        limited(Limits(), _ask_another, 0.2)
+
+
+def _sleep_below(path):
+    """Run a process below this one that writes its number and sleeps."""
+    limited(Limits(), _write_and_sleep, path)
+
+
+def _write_and_sleep(path):
+    path.write_text(str(os.getpid()))
+    time.sleep(1000.0)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs a signal of Linux")
+def test_a_judge_that_is_stopped_takes_those_that_it_asked_along(tmp_path):
+    path = tmp_path / "number"
+    with pytest.raises(NotDecidedError, match="more than 2 s"):
+        limited(Limits(seconds=2.0), _sleep_below, path)
+    number = int(path.read_text())
+    for _ in range(100):
+        state = Path(f"/proc/{number}/stat")
+        if not state.exists() or state.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.1)
+    pytest.fail(f"process {number} is still there")
