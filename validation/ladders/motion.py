@@ -22,8 +22,8 @@ REFUSED = ("InitialIntersectionError",)
 GAPS = (1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-15, 1e-16, 1e-17, 1e-20, 1e-50, 1e-100, 1e-200)
 GAPS = (*GAPS, 1e-300, 5e-324, 0)
 ORDER = (
-    "The centre of mass stays, and the path is certified, so no layer goes through another one. The "
-    "best end of flat layers in order is known in closed form. The objective may be at most a "
+    "The centre of mass stays, and the path is certified, so no layer goes through another one. "
+    "The best end of flat layers in order is known in closed form. The objective may be at most a "
     "hundredth higher, and it is lower where layers slip past each other's rims."
 )
 PROPOSED = "so the proposed positions are the answer, bit for bit"
