@@ -111,8 +111,8 @@ ROOM = "room over what the thickness needs"
 PINCHED = (
     "Pinned sheets close on {}. At 1 and above the thickness fits, and the heights in order that "
     "are closest to the proposed ones are known in closed form; the objective may be at most a "
-    "hundredth higher. Between 0 and 1 only less than the "
-    "thickness fits, so the answer has to be certified free; at 0 and below nothing fits."
+    "hundredth higher. Between 0 and 1 only less than the thickness fits, so the answer has to be "
+    "certified free; at 0 and below nothing fits."
 )
 LADDERS = [
     Ladder(

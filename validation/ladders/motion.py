@@ -1,32 +1,24 @@
 """Family of motion: tunnelling, speed, order, turns, folds, grazing, touching, and rest."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
 from validation.ladders.judge_step import Case, Known, judge_step
 from validation.ladders.ladder import Ladder, Outcome, Rung
-from validation.ladders.stacked import FREE, judge_gadget, judge_layers, moved_centre
-from validation.ladders.touching_kinds import KINDS, judge_kind
+from validation.ladders.motion_close import CLOSE, PROPOSED
+from validation.ladders.stacked import judge_layers, moved_centre
 from validation.scenes import sweeping
-from validation.scenes.gadgets import vertex_on_face
+from validation.scenes.gadgets import THICKNESS_M
 from validation.scenes.layers import CELL_M, GAP_M, layers
-from validation.scenes.shapes import CORNERS
 
 FAMILY = "motion"
 SEED = 21
-THICKNESS_M = 2.0**-10
-REFUSED = ("InitialIntersectionError",)
-GAPS = (1e-1, 1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-15, 1e-16, 1e-17, 1e-20, 1e-50, 1e-100, 1e-200)
-GAPS = (*GAPS, 1e-300, 5e-324, 0)
 ORDER = (
     "The centre of mass stays, and the path is certified, so no layer goes through another one. "
     "The best end of flat layers in order is known in closed form. The objective may be at most a "
     "hundredth higher, and it is lower where layers slip past each other's rims."
 )
-PROPOSED = "so the proposed positions are the answer, bit for bit"
 
 
 def _tunnel(rung: Rung) -> list[Outcome]:
@@ -80,64 +72,51 @@ def _scaled(rung: Rung) -> list[Outcome]:
     return judge_step(case, Known(positions=scale * expected))
 
 
-def _graze(rung: Rung) -> list[Outcome]:
-    """Move a vertex over a face, parallel to it; at 0 it moves within the plane of the face."""
-    height = float(rung)
-    start = np.concatenate((CORNERS, [[-8.0, 0.25, height]]))
-    end = np.concatenate((CORNERS, [[8.0, 0.125, height]]))
-    scene = sweeping.Motion(start, end, np.array([[0, 1, 2]], np.int32))
-    return _motion(scene, height > 0.0)
-
-
-def _end_gap(rung: Rung) -> list[Outcome]:
-    gap = float(rung)
-    return judge_gadget(
-        vertex_on_face(CORNERS, 1.0, gap), tolerance=0.0 if gap > 0.0 else 1e-9, by_objective=True
-    )
-
-
-def _start_gap(rung: Rung, end: Callable[[float], float]) -> list[Outcome]:
-    """Start a vertex at a gap above a face; at 0 it touches and is refused."""
-    gap = float(rung)
-    scene = vertex_on_face(CORNERS, gap, end(gap))
-    return judge_gadget(scene, FREE if gap > 0.0 else REFUSED, by_objective=True)
-
-
-def _down(gap: float) -> float:
-    return -0.5 + 0.0 * gap
-
-
-def _stay(gap: float) -> float:
-    return gap
-
-
-def _start_down(rung: Rung) -> list[Outcome]:
-    return _start_gap(rung, _down)
-
-
-def _at_rest(rung: Rung) -> list[Outcome]:
-    return _start_gap(rung, _stay)
-
-
 LADDERS = [
     Ladder(
         FAMILY,
         "tunnelling",
         "A layer falls through many others, and as far again. " + ORDER,
         "layers that it falls through",
-        (1, 2, 3, 5, 7, 10, 12, 14, 16, 20, 30, 50, 70, 100, 150, 200),
+        (1, 2, 3, 5, 7, 10, 12, 14, 16, 20, 30, 50, 70, 100, 150, 200, 300, 500),
         _tunnel,
         (1, 2, 20),
         300.0,
+        100,
     ),
     Ladder(
         FAMILY,
         "speed",
-        "A layer falls through one other in one step. " + ORDER,
+        "A layer falls through one other in one step. "
+        + ORDER
+        + " A thickness below 2^-300 of the "
+        "largest coordinate is refused.",
         "edge lengths in one step",
-        (1, 3, 10, 30, 100, 300, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e15, 1e20),
+        (
+            1,
+            3,
+            10,
+            30,
+            100,
+            300,
+            1e3,
+            1e4,
+            1e5,
+            1e6,
+            1e7,
+            1e8,
+            1e9,
+            1e12,
+            1e15,
+            1e20,
+            1e30,
+            1e60,
+            1e90,
+        ),
         _speed,
         (1, 100, 1e6),
+        120.0,
+        100,
     ),
     Ladder(
         FAMILY,
@@ -230,63 +209,28 @@ LADDERS = [
         "scene scaled (fails in ARCSim)",
         "Two rippled sheets go through each other, in a scene that is scaled. The answer is that "
         "of the scene of size 1, scaled. ARCSim 0.2.1 has absolute tolerances: scaled by 100, it "
-        "reports success with intersections.",
+        "reports success with intersections. Beyond 2^-1000 and 2^1000 m, an error names the sizes "
+        "that are accepted.",
         "scale",
-        (1e-100, 1e-30, 1e-12, 1e-9, 1e-6, 1e-3, 0.01, 1, 100, 1e3, 1e6, 1e9, 1e12, 1e30, 1e100),
+        (
+            1e-305,
+            1e-300,
+            1e-100,
+            1e-30,
+            1e-9,
+            1e-3,
+            0.01,
+            1,
+            100,
+            1e3,
+            1e9,
+            1e30,
+            1e100,
+            1e300,
+            1e305,
+        ),
         _scaled,
         (0.01, 100),
     ),
-    Ladder(
-        FAMILY,
-        "grazing",
-        "A vertex passes over a face, parallel to it. It never meets the face if it is above its "
-        f"plane, by however little, {PROPOSED}; at 0 it goes through the face in its plane.",
-        "height over the face / its size",
-        GAPS,
-        _graze,
-        (1e-3, 1e-16, 0),
-    ),
-    Ladder(
-        FAMILY,
-        "contact at the end",
-        "A vertex is proposed to end close to a face. Above it, the path is free, "
-        f"{PROPOSED}; on it, it touches at t = 1 exactly, and below it goes through. The answer is "
-        "known in closed form.",
-        "height at the end / size of the face",
-        (*GAPS, -5e-324, -1e-300, -1e-16, -1e-9, -1e-3, -1, -1e3, -1e6, -1e9, -1e12),
-        _end_gap,
-        (1e-3, 1e-16, 0, -1e-16),
-    ),
-    Ladder(
-        FAMILY,
-        "contact at the start",
-        "A vertex starts close above a face and moves through it, so that the time of contact "
-        "comes as close to 0 as floats can tell. The answer is known in closed form. At 0 it "
-        "touches and is refused by an error that names the pair.",
-        "height at the start / size of the face",
-        GAPS,
-        _start_down,
-        (1e-3, 1e-16, 0),
-    ),
-    Ladder(
-        FAMILY,
-        "at rest",
-        "A vertex rests above a face, closer than the thickness, and nothing moves: the answer is "
-        "where everything is.",
-        "height / size of the face",
-        GAPS,
-        _at_rest,
-        (1e-3, 1e-16, 0),
-    ),
-    Ladder(
-        FAMILY,
-        "starts that touch",
-        "Pairs that touch exactly at the start are refused, or, if asked for, kept on the side "
-        "that the mesh tells, with an answer that is known in closed form. Where the mesh tells no "
-        "side, the pairs are left out, and the status says so.",
-        "kind",
-        tuple(KINDS),
-        judge_kind,
-        tuple(KINDS),
-    ),
+    *CLOSE,
 ]
