@@ -66,8 +66,9 @@ def ordered(
             mean, n = (mean * n + other * m) / (n + m), n + m
         pools.append((mean, n))
     pooled = np.repeat([mean for mean, _ in pools], [n for _, n in pools])
-    clipped = np.clip(pooled, low + thickness, high - k * thickness)
-    return clipped + thickness * np.arange(k)
+    least, most = low + thickness, high - k * thickness
+    best = np.minimum(np.maximum(pooled, least), most) + thickness * np.arange(k)
+    return np.asarray(best, np.float64)
 
 
 def layers(

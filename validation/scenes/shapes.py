@@ -54,7 +54,8 @@ def fan(n: int, end_height: float = -0.25, twin: bool = False) -> Gadget:
         low = start * (1.0, 1.0, -1.0) + (0.01, 0.02, 1.0)
         start = np.concatenate((start, low))
         end = start - np.where(np.arange(len(start)) <= n, 1.5, 0.0)[:, None] * (0.0, 0.0, 1.0)
-        return Gadget(start, end, np.concatenate((faces, faces + n + 1)), end)
+        both = np.concatenate((faces, faces + n + 1)).astype(np.int32)
+        return Gadget(start, end, both, end)
     table = 16.0 * CORNERS
     start = np.concatenate((start, table))
     end = start.copy()
