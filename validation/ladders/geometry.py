@@ -98,7 +98,7 @@ LADDERS = [
         "distance at the start / length of the edge",
         SMALL,
         partial(_t_junction, end=-0.5),
-        (1, 1e-9, 5e-324, 0),
+        (1, 1e-8, 5e-324, 0),
     ),
     Ladder(
         FAMILY,
@@ -108,7 +108,7 @@ LADDERS = [
         "distance at the start / length of the edge",
         SMALL,
         partial(_t_junction, end=2.0),
-        (1, 1e-9, 5e-324, 0),
+        (1, 1e-8, 5e-324, 0),
     ),
     Ladder(
         FAMILY,
