@@ -22,7 +22,7 @@ def certified_end(scene: Any, result: Any) -> Positions:
         UncertifiedStartError: The path is not certified free, or it is that of another scene, or
             the positions of the result are not those that were certified.
     """
-    certificate = getattr(result, "certificate", None)
+    certificate: Any = getattr(result, "certificate", None)
     known = all(hasattr(certificate, name) for name in ("free", "meeting_toi", "positions"))
     if not known or not hasattr(getattr(certificate, "scene", None), "positions_t0"):
         raise UncertifiedStartError(

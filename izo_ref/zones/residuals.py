@@ -20,21 +20,9 @@ def residuals(problem: ZoneProblem, positions: Positions, multipliers: Multiplie
     1/2 |M (x - y) - A^T l+|^2 + l+ . (A x - d), with the norm of M^-1. In this form nothing
     cancels. The second term is computed with |A x - d|, so that a violation cannot hide a gap.
 
-    The floors are the error of a frozen gap at positions that are rounded to floats, if the exact
-    positions satisfy the constraint with equality. Let u = 2^-53, and let X be the largest
-    coordinate. The absolute weights sum to 2, and those of nodes 1 to 3 to at most 2. The errors
-    in units of u X |N|_1, up to terms in u^2, are:
-
-        positions       each coordinate is off by u X                                  2
-        weights         their sum differs from 0 by some 2 u, times the first node     2
-        component       three differences of up to 2 X and their products: 8; two
-                        additions with results of up to 4 X: 8                        16
-        dot product     of components of up to 2 X                                     2
-        slack           the thickness is then about the gap, up to 2 X |N|_1; two
-                        additions with results of up to twice that                     8
-
-    Together these are 30; `GAP_ROUNDING` takes 32, and sqrt 3 for |N|_1. Far from the origin that
-    is more than any tolerance.
+    The floors bound the error of a frozen gap at positions that are rounded to floats, if the exact
+    positions satisfy the constraint with equality: `GAP_ROUNDING` of `zones/serial/residuals.py`
+    times the largest coordinate. Far from the origin that is more than any tolerance.
 
     Args:
         problem: The zone problem.

@@ -196,8 +196,8 @@ def resolve_trial(rng: Rng) -> Trial:
                 wrongs.append(Wrong(name))
             elif callable_ and value is not None:
                 arguments[name] = None
-    is_open = not wrongs and isinstance(arguments["thickness"], (int, float))
-    is_open = is_open and not 1e-60 < arguments["thickness"] < 1e50
+    thickness: Any = arguments["thickness"]
+    is_open = not wrongs and isinstance(thickness, (int, float)) and not 1e-60 < thickness < 1e50
 
     def call() -> Any:
         return izo_ref.resolve(**{"scene": scene, **arguments, "options": izo_ref.Options(**given)})

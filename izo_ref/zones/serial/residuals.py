@@ -17,7 +17,20 @@ from izo_ref.base.arrays import (
 )
 from izo_ref.base.compile import compiled
 
-# Bound of the rounding of a frozen gap, over the largest coordinate (`zones/residuals.py`).
+# Bound of the error of a frozen gap at positions that are rounded to floats, over the largest
+# coordinate X, if the exact positions satisfy the constraint with equality. Let u = 2^-53. The
+# absolute weights sum to 2, and those of nodes 1 to 3 to at most 2. The errors, in units of
+# u X |N|_1 and up to terms in u^2, are:
+#
+#     positions       each coordinate is off by u X                                    2
+#     weights         their sum differs from 0 by some 2 u, times the first node       2
+#     component       three differences of up to 2 X and their products: 8; two
+#                     additions with results of up to 4 X: 8                          16
+#     dot product     of components of up to 2 X                                       2
+#     slack           the thickness is then about the gap, up to 2 X |N|_1; two
+#                     additions with results of up to twice that                       8
+#
+# Together these are 30; the constant takes 32, and sqrt 3 for |N|_1.
 GAP_ROUNDING = 32.0 * math.sqrt(3.0) * 2.0**-53
 # The residuals that are infinite for a zone without numbers. The others are floors.
 N_INFINITE = 6
