@@ -76,6 +76,8 @@ def _resolve(args: Arguments) -> int:
     outputs = {"-o": args.output, "--json": args.json}
     check_outputs({"the step": args.step}, outputs)
     run = resolve if args.trace is None else _tracing(args.trace)
+    named = {name: getattr(args, name) for name in ("selection", "relinearize", "max_seconds")}
+    options = Options(**named)
     with _progress() as tick:
         with compiling_beside("small-zones"):
             scene = _load_step(args)
@@ -83,7 +85,7 @@ def _resolve(args: Arguments) -> int:
             scene,
             args.thickness,
             args.device,
-            Options(selection=args.selection, relinearize=args.relinearize),
+            options,
             on_iteration=lambda row: tick(f"{row.found} impacts, {row.zones} zones"),
         )
     save_result(args.output, result)
@@ -92,6 +94,7 @@ def _resolve(args: Arguments) -> int:
         save_json(args.json, summary)
     _say(
         f"{result.status.name}: {result.status.value}",
+        *filter(None, [result.reason]),
         f"objective {result.objective:.6e} m^2 at thickness {result.thickness:g} m",
         f"{len(result.impacts.toi)} impacts in {len(result.zones)} zones, "
         f"{len(result.history)} iterations, {result.timings['total']:.2f} s",
@@ -99,8 +102,9 @@ def _resolve(args: Arguments) -> int:
     _say_copies(scene)
     certificate = summary["certificate"]
     if result.status is Status.BLOCKED:
-        _say(f"the path is free until t = {result.time_free:.6g}; these pairs meet first:")
-        _say_pairs(certificate["meeting"])
+        if result.certificate.finished:
+            _say(f"the path is free until t = {result.time_free:.6g}; these pairs meet first:")
+            _say_pairs(certificate["meeting"])
         blocked = result.zone_statuses.count(Status.BLOCKED)
         _say(f"{blocked} of {len(result.zones)} zones are blocked; the others are resolved")
     if result.certificate.excluded is not None:

@@ -51,11 +51,14 @@ def _metres(word: str) -> float:
         ) from None
 
 
+_ARGUMENTS = ("thickness", "device", "selection", "relinearize", "max_seconds", "weld")
+
+
 def with_flags(message: str) -> str:
     """Return a message with the flags of the command in place of the arguments of Python."""
     name, colon, rest = message.partition(":")
-    if colon and name in ("thickness", "device", "selection", "relinearize", "weld"):
-        message = f"--{name}:{rest}"
+    if colon and name in _ARGUMENTS:
+        message = f"--{name.replace('_', '-')}:{rest}"
     message = message.replace("weld=0", "--weld")
     flags = r"\b(initial_intersections|prescribed)='(\w+)'"
     return re.sub(flags, lambda m: f"--{m[1].replace('_', '-')} {m[2]}", message)

@@ -99,6 +99,13 @@ def _add_resolve(commands: Commands) -> None:
         "(default: %(default)s)",
     )
     command.add_argument(
+        "--max-seconds",
+        type=float,
+        metavar="S",
+        help="return a certified result after S seconds, even if it is not the best one "
+        "(default: no limit)",
+    )
+    command.add_argument(
         "--trace",
         metavar="FOLDER",
         help="write every intermediate of the run, as .npy files and an index, to a new folder",

@@ -76,11 +76,12 @@ def excluded_line(summary: dict[str, Any]) -> str:
         summary: What `excluded_summary` returned, for at least one pair.
     """
     n, why, end = summary["count"], summary["reasons"], summary["at_end"]
+    unknown = f", not decided in time: {end['unknown']}" if end["unknown"] else ""
     return (
         f"{n} {'pair was' if n == 1 else 'pairs were'} left out (cross at the start: "
         f"{why['crossing']}, touch there and the mesh tells no side: {why['touching']}, between "
         f"pinned points: {why['prescribed']}); at the end (apart: {end['apart']}, touching: "
-        f"{end['touching']}, crossing: {end['crossing']})"
+        f"{end['touching']}, crossing: {end['crossing']}{unknown})"
     )
 
 
@@ -123,6 +124,7 @@ def result_summary(result: Result) -> dict[str, Any]:
     return {
         "status": result.status.name,
         "meaning": result.status.value,
+        "reason": result.reason,
         "converged": result.converged,
         "feasible": result.feasible,
         "free": result.certificate.free,

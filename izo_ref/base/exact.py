@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from izo_ref.base.arrays import Flags, Floats
+from izo_ref.base.deadline import UNLIMITED, Deadline
 
 # (n, 3), or (n,) for one coordinate: integers of Python
 Integers: TypeAlias = NDArray[np.object_]
@@ -25,7 +26,7 @@ Signs: TypeAlias = NDArray[np.int8]
 CHUNK = 8192
 
 
-def sides_meet(first: Floats, second: Floats) -> Flags:
+def sides_meet(first: Floats, second: Floats, deadline: Deadline = UNLIMITED) -> Flags:
     """Return which pairs of sides have a point in common, exactly; a side may be degenerate.
 
     Sides that have a vertex at the same place meet. Comparing coordinates settles almost every
@@ -35,6 +36,7 @@ def sides_meet(first: Floats, second: Floats) -> Flags:
         first: (n, k, 3) f8, finite positions of the k vertices of each first side.
         second: (n, l, 3) f8, of each second side. The sides are a vertex and a face (k = 1,
             l = 3), two edges (k = l = 2), or an edge and a face (k = 2, l = 3).
+        deadline: When the decisions have to end.
 
     Returns:
         (n,) b1.
@@ -42,22 +44,23 @@ def sides_meet(first: Floats, second: Floats) -> Flags:
     meet = _share_place(first, second)
     left, split = np.flatnonzero(~meet), first.shape[1]
     decide = _edge_face_meet if split + second.shape[1] == 5 else _four_meet
-    for begin in range(0, len(left), CHUNK):
+    for begin in deadline.checked(range(0, len(left), CHUNK)):
         own = left[begin : begin + CHUNK]
         points = _integers_of(np.concatenate((first[own], second[own]), axis=1))
         meet[own] = decide(split == 2, points)
     return meet
 
 
-def volume_signs(points: Floats) -> Signs:
+def volume_signs(points: Floats, deadline: Deadline = UNLIMITED) -> Signs:
     """Return the sign of det(b - a, c - a, d - a) for each row of four points, exactly, (n,) i1.
 
     Args:
         points: (n, 4, 3) f8, finite.
+        deadline: When the decisions have to end.
     """
     signs = [
         _volume_signs(*_integers_of(points[begin : begin + CHUNK]))
-        for begin in range(0, len(points), CHUNK)
+        for begin in deadline.checked(range(0, len(points), CHUNK))
     ]
     return np.concatenate(signs) if signs else np.empty(0, np.int8)
 

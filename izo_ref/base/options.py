@@ -102,6 +102,12 @@ class Options:
             counts as solved.
         thickness_fraction: Thickness as a fraction of the median edge length at the start, used
             if no thickness is given.
+        max_seconds: Time after which `resolve` gives up what it is doing and returns a certified
+            result [s]; None if it may take as long as it needs, because most callers want the best
+            answer. A result that was cut short is `FREE_BY_FALLBACK` and says why in `reason`
+            (docs/method section 7). It comes within 1.5 times the limit if the limit is above a
+            second. The limit counts the wall time of `resolve`, with the time that compiling takes
+            on the first run, which cannot be cut: `izo cache fill` compiles beforehand.
         plan: Which of the rules of `RULES` are applied where they can be: `needed` is all of
             them, `everything` is none of them, and a tuple names some of them. This is for
             comparisons: the answer is the same, except for the last digits with `closed-form`.
@@ -123,6 +129,7 @@ class Options:
     gap_tolerance: float = 1e-9
     violation_tolerance: float = 1e-9
     thickness_fraction: float = 1e-3
+    max_seconds: float | None = None
     plan: str | tuple[str, ...] = "needed"
 
     def __post_init__(self) -> None:
@@ -133,6 +140,7 @@ class Options:
         """
         self._check_choices()
         self._check_numbers()
+        self._check_max_seconds()
         self._check_plan()
         self._check_combinations()
 
@@ -144,7 +152,7 @@ class Options:
 
     def _check_numbers(self) -> None:
         for field in fields(self):
-            if field.name in (*CHOICES, "plan"):
+            if field.name in (*CHOICES, "plan", "max_seconds"):
                 continue
             value, whole = getattr(self, field.name), isinstance(field.default, int)
             number = real_number(value) if isinstance(value, NUMBERS) else None
@@ -153,6 +161,15 @@ class Options:
                 raise OptionError(f"{field.name}: expected {words}, got {shown(value)}")
             # as Python's own types, because numba compiles anew for others; the class is frozen
             object.__setattr__(self, field.name, int(number) if whole else number)
+
+    def _check_max_seconds(self) -> None:
+        value = self.max_seconds
+        if value is None:
+            return
+        is_number = isinstance(value, NUMBERS) and not isinstance(value, bool)
+        if not (is_number and 0.0 < value < float("inf")):
+            raise OptionError(f"max_seconds: expected None or a finite number > 0, got {value!r}")
+        object.__setattr__(self, "max_seconds", float(value))  # the class is frozen
 
     def _check_plan(self) -> None:
         if isinstance(self.plan, str) and self.plan in ("needed", "everything"):

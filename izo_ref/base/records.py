@@ -35,8 +35,8 @@ class Status(enum.Enum):
     FREE = "The path is certified free and every zone is solved to tolerance."
     FREE_BY_FALLBACK = (
         "The path is certified free, but not every zone is optimal: some zones were scaled back "
-        "toward the start of the step, or were not solved to tolerance. The result may be "
-        "farther from the proposed positions than necessary."
+        "toward the start of the step, or were not solved to tolerance, or the time limit ended "
+        "the run. The result may be farther from the proposed positions than necessary."
     )
     FREE_EXCEPT_EXCLUDED = (
         "Some pairs were left out, and nothing is promised about them: they touch or cross at the "
@@ -136,6 +136,7 @@ class PairState(enum.IntEnum):
     APART = 0
     TOUCHING = 1
     CROSSING = 2  # an edge of the pair goes through a face, which is or belongs to the other side
+    UNKNOWN = 3  # the time limit ended the run before that was decided
 
 
 class ExcludedPairs(NamedTuple):

@@ -7,6 +7,7 @@ import numpy as np
 
 from izo_ref.base import checks
 from izo_ref.base.arrays import Codes, Flags, Positions, Times
+from izo_ref.base.deadline import UNLIMITED, Deadline, OutOfTimeError
 from izo_ref.base.devices import choose_device, copy_to_cpu, detach, implementation
 from izo_ref.base.exact_path import first_meeting
 from izo_ref.base.options import RULES
@@ -16,8 +17,10 @@ from izo_ref.base.records import (
     Impacts,
     PairCounts,
     Pairs,
+    PairState,
     SceneArrays,
     TouchingPairs,
+    no_impacts,
 )
 from izo_ref.base.sizes import path_in_range
 from izo_ref.certificate.cpu import meetings as kernels
@@ -31,7 +34,8 @@ from izo_ref.zones.serial.selection import prescribed_impacts
 class PathCertificate(NamedTuple):
     """What was proved about the straight path from the start to some end positions.
 
-    No pair is left undecided: each is proved apart, or proved to meet.
+    No pair is left undecided: each is proved apart, or proved to meet. Only the time limit of
+    `resolve` can end a certificate before that; it then proves nothing.
 
     Attributes:
         free: True if every pair is apart, except the excluded pairs. Pairs that touch at the start
@@ -59,6 +63,8 @@ class PathCertificate(NamedTuple):
         scene: The scene whose mesh and start the path has.
         positions: (n, 3) f8 [m], the end of the path; read-only, because the proof holds for these
             bits.
+        finished: False if the time limit of `resolve` ended the certificate. Then `free` is False,
+            `time_free` is 0, all counts are 0 and `excluded_ends` is `UNKNOWN`.
     """
 
     free: bool
@@ -76,6 +82,7 @@ class PathCertificate(NamedTuple):
     excluded_ends: Codes
     scene: SceneArrays
     positions: Positions
+    finished: bool = True
 
 
 def certify_path(
@@ -119,6 +126,20 @@ def certify_path(
 
     Source: docs/method section 8.
     """
+    return certify_in_time(scene, positions, rules, device, UNLIMITED)
+
+
+def certify_in_time(
+    scene: SceneArrays, positions: Any, rules: Set[str], device: str, deadline: Deadline
+) -> PathCertificate:
+    """Do what `certify_path` does, until the deadline.
+
+    On a path at rest there is nothing to prove, so it is certified however late it is. Where the
+    excluded pairs are at the end is left `UNKNOWN` if there is no time for that.
+
+    Raises:
+        OutOfTimeError: The deadline has passed.
+    """
     checks.scene(scene)
     checks.rules(rules)
     positions = copy_to_cpu("positions", detach(positions))
@@ -129,13 +150,16 @@ def certify_path(
         choose_device(device, scene), _filter_path, "izo_ref.certificate.gpu_filter:filter_path"
     )
     path, ends = path_in_range(scene, positions)
-    found, certain, counts = filter_path(path, ends, rules)
+    in_time = deadline
+    if deadline.is_limited and "still" in rules and (positions == scene.positions_t0).all():
+        in_time = UNLIMITED
+    found, certain, counts = filter_path(path, ends, rules, in_time)
     if "float-verdicts" not in rules:
         certain[:] = False
     if scene.touching is not None:
         # exact arithmetic has decided about these pairs, which come last
         certain |= _among(found, scene.touching)
-    meeting, exact = _meeting(path.positions_t0, ends, found, certain)
+    meeting, exact = _meeting(path.positions_t0, ends, found, certain, in_time)
     prescribed = np.zeros(len(meeting.toi), bool)
     if scene.pinned.any():
         prescribed_impacts(meeting.nodes, meeting.weights, scene.pinned, prescribed)
@@ -143,10 +167,7 @@ def certify_path(
     if scene.prescribed == "exclude" and prescribed.any():
         excluded = _joined(excluded, meeting.take(prescribed))
         meeting, prescribed = meeting.take(~prescribed), prescribed[~prescribed]
-    states = np.empty(0, np.int8)
-    if excluded is not None:
-        mesh = scene.edges, scene.faces, scene.tree_orders
-        states = states_of_pairs(excluded, ends, *mesh)
+    states = _states_at_end(scene, ends, excluded, deadline)
     positions.setflags(write=False)  # only now, because numba compiles anew for such arrays
     return PathCertificate(
         free=len(meeting.toi) == 0,
@@ -167,6 +188,49 @@ def certify_path(
     )
 
 
+def _states_at_end(
+    scene: SceneArrays, ends: Positions, excluded: ExcludedPairs | None, deadline: Deadline
+) -> Codes:
+    """Return where excluded pairs are at the end, (n,) i1, or UNKNOWN if there is no time."""
+    if excluded is None:
+        return np.empty(0, np.int8)
+    try:
+        mesh = scene.edges, scene.faces, scene.tree_orders
+        return states_of_pairs(excluded, ends, *mesh, deadline)
+    except OutOfTimeError:
+        return np.full(len(excluded.reasons), PairState.UNKNOWN, np.int8)
+
+
+def unfinished_certificate(scene: SceneArrays, positions: Positions) -> PathCertificate:
+    """Return the certificate of a path about which nothing was proved in time.
+
+    Args:
+        scene: The `Scene`.
+        positions: (n, 3) f8 [m], end of the path; it becomes read-only.
+    """
+    excluded, nothing = scene.excluded, no_impacts()
+    n_excluded = 0 if excluded is None else len(excluded.reasons)
+    positions.setflags(write=False)
+    return PathCertificate(
+        free=False,
+        candidates=0,
+        vertex_face=0,
+        edge_edge=0,
+        proofs=0,
+        most_proofs=0,
+        exact=0,
+        meeting=Pairs(nothing.nodes, nothing.is_edge_edge),
+        meeting_toi=nothing.toi,
+        meeting_prescribed=np.empty(0, bool),
+        time_free=0.0,
+        excluded=excluded,
+        excluded_ends=np.full(n_excluded, PairState.UNKNOWN, np.int8),
+        scene=scene,
+        positions=positions,
+        finished=False,
+    )
+
+
 def _among(found: Impacts, touching: TouchingPairs) -> Flags:
     """Return which impacts are of pairs that touch at the start, (n,) b1."""
     keys = set(pair_keys(touching))
@@ -184,11 +248,11 @@ def _joined(excluded: ExcludedPairs | None, prescribed: Impacts) -> ExcludedPair
 
 
 def _filter_path(
-    scene: SceneArrays, positions: Positions, rules: Set[str]
+    scene: SceneArrays, positions: Positions, rules: Set[str], deadline: Deadline
 ) -> tuple[Impacts, Flags, PairCounts]:
     """Return the pairs not proved apart, which of them certainly meet, and the counts."""
     start = scene.positions_t0
-    detector = Detector.of_scene(scene, rules)
+    detector = Detector.of_scene(scene, rules, deadline)
     found = detector.find(positions)
     meets = np.empty(len(found.toi), bool)
     kernels.decide_meetings(start, positions, found.nodes, found.is_edge_edge, found.toi, meets)
@@ -196,12 +260,16 @@ def _filter_path(
 
 
 def _meeting(
-    positions_t0: Positions, positions_t1: Positions, found: Impacts, certain: Flags
+    positions_t0: Positions,
+    positions_t1: Positions,
+    found: Impacts,
+    certain: Flags,
+    deadline: Deadline,
 ) -> tuple[Impacts, int]:
     """Return the pairs that meet, by time, and how many pairs exact arithmetic decided."""
     meets, toi = certain.copy(), found.toi.copy()
     undecided = np.flatnonzero(~meets)
-    for i in undecided:
+    for i in deadline.checked(undecided):
         nodes = found.nodes[i]
         time = first_meeting(found.is_edge_edge[i], positions_t0[nodes], positions_t1[nodes])
         meets[i] = time is not None

@@ -5,6 +5,7 @@ from collections.abc import Set
 import numpy as np
 
 from izo_ref.base.arrays import Flags, Positions
+from izo_ref.base.deadline import Deadline
 from izo_ref.base.gpu_arrays import empty, to_cpu, to_gpu
 from izo_ref.base.gpu_impacts import impacts_to_cpu
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays
@@ -13,7 +14,7 @@ from izo_ref.detection.gpu_detector import Detector
 
 
 def filter_path(
-    scene: SceneArrays, positions: Positions, rules: Set[str]
+    scene: SceneArrays, positions: Positions, rules: Set[str], deadline: Deadline
 ) -> tuple[Impacts, Flags, PairCounts]:
     """Find the pairs of a path that are not proved apart.
 
@@ -23,6 +24,7 @@ def filter_path(
         scene: The scene, which gives the start, the mesh and the pairs to ignore.
         positions: (n_vertices, 3) f8 [m], end of the path, on the CPU.
         rules: Not used; a GPU looks at every pair.
+        deadline: When the filter has to end; checked between the detection and the verdicts.
 
     Returns:
         The pairs as `Impacts`; which of them certainly meet, (n,) b1; and the counts of the
@@ -30,6 +32,7 @@ def filter_path(
     """
     detector, end = Detector(scene, counts_proofs=True), to_gpu(positions)
     found = detector.find(end)
+    deadline.check()
     n = found.toi.shape[0]
     meets = empty(n, np.bool_)
     kernels.decide_meetings[n](

@@ -7,6 +7,7 @@ from collections.abc import Set
 import numpy as np
 
 from izo_ref.base.arrays import Edges, Faces, Flags, Floats, Positions
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.options import RULES
 from izo_ref.base.records import (
     Components,
@@ -55,6 +56,8 @@ class Detector:
             then apart.
         orders: Orders in which vertices, edges and faces enter the trees; from the start if None.
         components: The components of the mesh, if they are known.
+        deadline: When each detection has to end. After one that was ended, the next one begins
+            anew.
 
     Attributes:
         counts: `PairCounts` of the last detection.
@@ -74,6 +77,7 @@ class Detector:
         start_is_free: bool = True,
         orders: TreeOrders | None = None,
         components: Components | None = None,
+        deadline: Deadline = UNLIMITED,
     ) -> None:
         """Keep the start and the mesh; the first `find` makes the trees."""
         vertices = np.arange(len(positions_t0), dtype=np.int32)[:, None]
@@ -84,9 +88,9 @@ class Detector:
         self._excluded = None if excluded is None else set(pair_keys(excluded))
         self._touching: TouchingPath | None = None
         if touching is not None:
-            self._touching = TouchingPath(positions_t0, touching)
+            self._touching = TouchingPath(positions_t0, touching, deadline)
             self._excluded = (self._excluded or set()) | set(pair_keys(touching))
-        self._rules = rules
+        self._rules, self._deadline = rules, deadline
         self._dtype = np.float32 if "float32-boxes" in rules else np.float64
         self._start_is_free = start_is_free
         self._previous_t1: Positions | None = None  # ends of the last detection
@@ -97,7 +101,12 @@ class Detector:
         self._near: tuple[NearPairs, ...] = ()  # vertex-face pairs, edge-edge pairs
 
     @classmethod
-    def of_scene(cls, scene: SceneArrays, rules: Set[str] = frozenset(RULES)) -> Detector:
+    def of_scene(
+        cls,
+        scene: SceneArrays,
+        rules: Set[str] = frozenset(RULES),
+        deadline: Deadline = UNLIMITED,
+    ) -> Detector:
         """Return a detector for the paths of a scene."""
         return cls(
             scene.positions_t0,
@@ -108,6 +117,7 @@ class Detector:
             touching=scene.touching,
             orders=scene.tree_orders,
             components=scene.components,
+            deadline=deadline,
         )
 
     def find(self, positions_t1: Positions) -> Impacts:
@@ -120,12 +130,13 @@ class Detector:
             `Impacts`: first the vertex-face pairs, sorted by vertex and face, then the edge-edge
             pairs, sorted by their edges, and last the pairs that touch at the start.
         """
-        if self._previous_t1 is None:
+        previous_t1, self._previous_t1 = self._previous_t1, None  # until this one is finished
+        if previous_t1 is None:
             moves, n_moved = np.empty(0), len(positions_t1)
         else:
-            moves, n_moved = largest_moves(positions_t1, self._previous_t1)
+            moves, n_moved = largest_moves(positions_t1, previous_t1)
         self.counts = PairCounts(n_moved)
-        is_first = self._previous_t1 is None or "incremental" not in self._rules
+        is_first = previous_t1 is None or "incremental" not in self._rules
         if is_first or self._reaches_left_out(positions_t1):
             self._begin(positions_t1)
         else:
@@ -133,10 +144,11 @@ class Detector:
             self._known.forget(moves)
             contacts = [near.recheck(positions_t1, moves, self.counts) for near in self._near]
             self._known.add(contacts, positions_t1)
+        found = self._known.impacts
+        if self._touching is not None:
+            found = join_impacts((found, self._touching.find(positions_t1)))
         self._previous_t1 = positions_t1.copy()
-        if self._touching is None:
-            return self._known.impacts
-        return join_impacts((self._known.impacts, self._touching.find(positions_t1)))
+        return found
 
     def _reaches_left_out(self, positions_t1: Positions) -> bool:
         """Return whether a component in no tree moves now, or is reached by one that moves."""
@@ -156,7 +168,8 @@ class Detector:
         self._boxes = VertexBoxes(*about, self._dtype, self._nodes[1])
         for elements in self.elements:
             elements.refit(self._boxes.boxes, moving, everything=True)
-        self._known = KnownImpacts(self._positions_t0, self._start_is_free, self._excluded)
+        kept = self._start_is_free, self._excluded, self._deadline
+        self._known = KnownImpacts(self._positions_t0, *kept)
         contacts = [near.find_contacts(positions_t1, self.counts) for near in self._near]
         self._known.add(contacts, positions_t1)
 
@@ -178,8 +191,8 @@ class Detector:
         )
         self.elements = vertices, edges, faces
         self._near = (
-            NearPairs("vertex_face", vertices, faces, self._positions_t0),
-            NearPairs("edge_edge", edges, edges, self._positions_t0),
+            NearPairs("vertex_face", vertices, faces, self._positions_t0, self._deadline),
+            NearPairs("edge_edge", edges, edges, self._positions_t0, self._deadline),
         )
 
     def _renew_reach(self, positions_t1: Positions, moves: Floats) -> None:

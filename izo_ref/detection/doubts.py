@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from izo_ref.base.arrays import Flags, Nodes, Normals, Positions, Times
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.exact_closest import exact_normal
 from izo_ref.base.exact_path import first_meeting
 
@@ -21,6 +22,7 @@ def settle_doubts(
     is_edge_edge: Flags,
     toi: Times,
     directions: Normals,
+    deadline: Deadline = UNLIMITED,
 ) -> Flags:
     """Decide the contacts at t = 0 exactly.
 
@@ -33,12 +35,13 @@ def settle_doubts(
             exact time of the first meeting, rounded down.
         directions: (n, 3) f8; where `toi` was 0, it becomes the exact unit vector between the
             closest points at the start, unless the pair touches there.
+        deadline: When the decisions have to end; each takes a millisecond.
 
     Returns:
         (n,) b1, False for pairs that never meet.
     """
     meets = np.ones(len(toi), bool)
-    for i in np.flatnonzero(toi == 0.0):
+    for i in deadline.checked(np.flatnonzero(toi == 0.0)):
         start, end, kind = positions_t0[nodes[i]], positions_t1[nodes[i]], bool(is_edge_edge[i])
         time = first_meeting(kind, start, end)
         if time is None:

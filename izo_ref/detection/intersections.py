@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Codes, Edges, Faces, Flags, Ints, Positions
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.exact import sides_meet
 from izo_ref.base.records import ExcludedPairs, Impacts, Pairs, PairState, TreeOrders
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_crossings
@@ -99,7 +100,11 @@ class Intersections(NamedTuple):
 
 
 def find_intersections(
-    positions: Positions, edges: Edges, faces: Faces, orders: TreeOrders | None = None
+    positions: Positions,
+    edges: Edges,
+    faces: Faces,
+    orders: TreeOrders | None = None,
+    deadline: Deadline = UNLIMITED,
 ) -> Intersections:
     """Find the elements that intersect at rest; touching is intersecting.
 
@@ -112,11 +117,13 @@ def find_intersections(
         edges: (n_edges, 2) i4.
         faces: (n_faces, 3) i4.
         orders: Orders in which vertices, edges and faces enter trees; from the positions if None.
+        deadline: When the search has to end.
     """
-    detector = Detector(positions, edges, faces, start_is_free=False, orders=orders)
-    touching = _touching_pairs(positions, detector.find(positions))
-    _, *trees = detector.elements
-    crossing = _crossing_edges(positions, edges, faces, *trees)
+    named = {"start_is_free": False, "orders": orders, "deadline": deadline}
+    detector = Detector(positions, edges, faces, **named)
+    touching = _touching_pairs(positions, detector.find(positions), deadline)
+    _, edge_tree, face_tree = detector.elements
+    crossing = _crossing_edges(positions, (edges, faces), edge_tree, face_tree, deadline)
     return Intersections(edges[crossing[:, 0]], faces[crossing[:, 1]], touching)
 
 
@@ -126,6 +133,7 @@ def states_of_pairs(
     edges: Edges,
     faces: Faces,
     orders: TreeOrders | None = None,
+    deadline: Deadline = UNLIMITED,
 ) -> Codes:
     """Return where the sides of each pair are at rest, (n,) i1, values of `PairState`.
 
@@ -135,8 +143,9 @@ def states_of_pairs(
         edges: (n_edges, 2) i4.
         faces: (n_faces, 3) i4.
         orders: Orders in which vertices, edges and faces enter trees; from the positions if None.
+        deadline: When the search has to end.
     """
-    found = find_intersections(positions, edges, faces, orders)
+    found = find_intersections(positions, edges, faces, orders, deadline)
     through = found.go_through()
     fives = pairs_of_crossings(found.crossing_edges[through], found.crossed_faces[through])
     states = dict.fromkeys(pair_keys(found.touching), PairState.TOUCHING)
@@ -155,38 +164,45 @@ def _ids(nodes: Ints) -> tuple[int, ...]:
 
 
 def _crossing_edges(
-    positions: Positions, edges: Edges, faces: Faces, edge_tree: Elements, face_tree: Elements
+    positions: Positions,
+    mesh: tuple[Edges, Faces],
+    edge_tree: Elements,
+    face_tree: Elements,
+    deadline: Deadline,
 ) -> Ints:
     """Return the edge and the face of each edge that meets a face, (n, 2), sorted."""
     first, second = edge_tree.tree, face_tree.tree
-    pairs = meeting_pairs(edge_tree, face_tree)
+    edges, faces = mesh
+    pairs = meeting_pairs(edge_tree, face_tree, deadline)
     statuses = np.empty(len(pairs), np.int8)
     chunks = range(-(-len(pairs) // CHUNK))
     nodes = first.nodes, second.nodes
-    find_crossings.where_it_pays(FEW_CHUNKS, chunks, pairs, *nodes, positions, statuses)
+    for part in deadline.slices(chunks):
+        find_crossings.where_it_pays(FEW_CHUNKS, part, pairs, *nodes, positions, statuses)
     near = (statuses != APART).nonzero()[0]
     pairs, statuses = pairs.take(near, axis=0), statuses.take(near)
     found = np.column_stack((first.order[pairs[:, 0]], second.order[pairs[:, 1]]))
     unsure = np.flatnonzero(statuses == UNDECIDED)
     edge, face = found[unsure].T
-    meet = sides_meet(positions[edges[edge]], positions[faces[face]])
+    meet = sides_meet(positions[edges[edge]], positions[faces[face]], deadline)
     statuses[unsure[meet]] = CONTACT
     found = found[statuses == CONTACT]
     return found[np.lexsort((found[:, 1], found[:, 0]))]
 
 
-def _touching_pairs(positions: Positions, near: Impacts) -> Pairs:
+def _touching_pairs(positions: Positions, near: Impacts, deadline: Deadline) -> Pairs:
     """Return the vertex-face and edge-edge pairs that touch, decided in exact arithmetic.
 
     Args:
         positions: (n_vertices, 3) f8 [m].
         near: The pairs that may touch, as far as rounding can tell.
+        deadline: When the decisions have to end.
     """
     touch = np.empty(len(near.toi), bool)
     for kind, split in ((False, 1), (True, 2)):
         own = near.is_edge_edge == kind
         points = positions[near.nodes[own]]
-        touch[own] = sides_meet(points[:, :split], points[:, split:])
+        touch[own] = sides_meet(points[:, :split], points[:, split:], deadline)
     return Pairs(near.nodes[touch], near.is_edge_edge[touch])
 
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from izo_ref.base.arrays import Floats, Indices, Positions
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.records import Impacts, Pairs, join_impacts, no_impacts
 from izo_ref.detection.cpu import frames as kernels
 from izo_ref.detection.doubts import settle_doubts
@@ -20,18 +21,23 @@ class KnownImpacts:
         positions_t0: (n_vertices, 3) f8 [m], start of every path.
         start_is_free: Whether the start is known to be free; pairs at rest are then no impacts.
         excluded: Keys of the pairs to ignore, as `pair_keys` makes them, or None.
+        deadline: When each call has to end.
 
     Attributes:
         impacts: `Impacts`.
     """
 
     def __init__(
-        self, positions_t0: Positions, start_is_free: bool, excluded: set[bytes] | None
+        self,
+        positions_t0: Positions,
+        start_is_free: bool,
+        excluded: set[bytes] | None,
+        deadline: Deadline = UNLIMITED,
     ) -> None:
         """Begin without any impact."""
         self.impacts = no_impacts()
         self._positions_t0, self._start_is_free = positions_t0, start_is_free
-        self._excluded = excluded
+        self._excluded, self._deadline = excluded, deadline
         self._keys: Indices = np.empty(0, np.int64)  # by which the impacts are sorted
 
     def forget(self, moves: Floats) -> None:
@@ -74,7 +80,8 @@ class KnownImpacts:
         if self._start_is_free and not contacts.toi.all():
             ends = self._positions_t0, positions_t1
             _, nodes, toi, directions = contacts
-            meets = settle_doubts(*ends, nodes, contacts.keys >= 0, toi, directions)
+            kinds = contacts.keys >= 0
+            meets = settle_doubts(*ends, nodes, kinds, toi, directions, self._deadline)
             contacts = contacts.take(meets)
         keys, nodes, toi, directions = contacts
         kinds, weights, normals = keys >= 0, np.empty((len(keys), 4)), np.empty((len(keys), 3))

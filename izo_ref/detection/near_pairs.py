@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from izo_ref.base.arrays import Floats, Indices, Ints, Nodes, Positions, Times
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.records import PairCounts, take_rows
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_contacts
 from izo_ref.detection.serial.near import collect_contacts, replace_marked, use_up_margins
@@ -43,15 +44,21 @@ class NearPairs:
         first: Tree of the vertices, or of the edges.
         second: Tree of the faces, or of the edges; for edges it is the same object as `first`.
         positions_t0: (n_vertices, 3) f8 [m], start of every path.
+        deadline: When each search has to end.
     """
 
     def __init__(
-        self, kind: str, first: Elements, second: Elements, positions_t0: Positions
+        self,
+        kind: str,
+        first: Elements,
+        second: Elements,
+        positions_t0: Positions,
+        deadline: Deadline = UNLIMITED,
     ) -> None:
         """Begin without any pair; call `find_contacts` first."""
         self._kind = kind
         self._first, self._second = first, second
-        self._positions_t0 = positions_t0
+        self._positions_t0, self._deadline = positions_t0, deadline
         self._near: Ints = np.empty((0, 2), np.int32)  # places in the trees
         self._margins: Floats = np.empty(0)  # (n_near,) [m]
 
@@ -62,11 +69,12 @@ class NearPairs:
             positions_t1: (n_vertices, 3) f8 [m], ends of the path.
             counts: The counts to add to.
         """
-        return self._prove(meeting_pairs(self._first, self._second), positions_t1, counts)[1]
+        pairs = meeting_pairs(self._first, self._second, self._deadline)
+        return self._prove(pairs, positions_t1, counts)[1]
 
     def update_near(self) -> None:
         """Find the near pairs of the elements that are marked in the trees; keep all others."""
-        pairs = meeting_pairs(self._first, self._second)
+        pairs = meeting_pairs(self._first, self._second, self._deadline)
         lanes = self._first.tree.lanes, self._second.tree.lanes
         self._near, self._margins = replace_marked(self._near, self._margins, *lanes, pairs)
 
@@ -94,20 +102,21 @@ class NearPairs:
         n_pairs, n = len(pairs), -(-len(pairs) // CHUNK)
         tallies, index = np.empty((n, 3), np.int64), np.empty(n_pairs, np.int64)
         toi, directions, margins = np.empty(n_pairs), np.empty((n_pairs, 3)), np.empty(n_pairs)
-        find_contacts.where_it_pays(
-            FEW_CHUNKS,
-            range(n),
-            scattered(n),
-            pairs,
-            *trees,
-            self._positions_t0,
-            positions_t1,
-            tallies,
-            index,
-            toi,
-            directions,
-            margins,
-        )
+        for part in self._deadline.slices(range(n)):
+            find_contacts.where_it_pays(
+                FEW_CHUNKS,
+                part,
+                scattered(n),
+                pairs,
+                *trees,
+                self._positions_t0,
+                positions_t1,
+                tallies,
+                index,
+                toi,
+                directions,
+                margins,
+            )
         contacts, steps, most = collect_contacts(
             CHUNK, tallies, index, pairs, toi, directions, *trees
         )

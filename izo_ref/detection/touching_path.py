@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from izo_ref.base.arrays import Flags, Indices, Positions, Times
+from izo_ref.base.arrays import Codes, Flags, Indices, Positions, Times
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.exact import volume_signs
 from izo_ref.base.exact_path import crosses_after_start, first_meeting_after_start
 from izo_ref.base.records import Impacts, TouchingPairs
@@ -30,18 +31,24 @@ VOLUMES = np.array([[0, 2, 3, 4], [1, 2, 3, 4], [0, 1, 2, 3], [0, 1, 3, 4], [0, 
 class TouchingPath:
     """Finds the impacts among the pairs that touch at the start of all paths.
 
+    A path is compared with the one before, and only what moved since then is decided. The first one
+    is compared with the path at rest, on which each pair goes on touching and no edge goes through
+    a face.
+
     Args:
         positions_t0: (n_vertices, 3) f8 [m], start of every path.
         touching: The pairs.
+        deadline: When each search has to end. After one that was ended, the next one begins anew.
     """
 
-    def __init__(self, positions_t0: Positions, touching: TouchingPairs) -> None:
+    def __init__(
+        self, positions_t0: Positions, touching: TouchingPairs, deadline: Deadline = UNLIMITED
+    ) -> None:
         """Keep the pairs; nothing is decided yet."""
-        self._start, self._touching = positions_t0, touching
-        self._toi: Times = np.full(len(touching.nodes), NEVER)
+        self._start, self._touching, self._deadline = positions_t0, touching, deadline
+        self._toi: Times = np.zeros(len(touching.nodes))
         self._crosses: Flags = np.zeros(len(touching.edge_faces), bool)
-        corners = positions_t0[touching.edge_faces[:, VOLUMES]].reshape(-1, 4, 3)
-        self._signs_t0 = volume_signs(corners).reshape(-1, 5)
+        self._signs_t0: Codes | None = None  # (n, 5) i1, when they are first needed
         self._previous_t1: Positions | None = None  # ends for which the two hold
 
     def find(self, positions_t1: Positions) -> Impacts:
@@ -73,22 +80,22 @@ class TouchingPath:
     def _renew(self, positions_t1: Positions) -> None:
         """Decide about the pairs, edges and faces of which a vertex moved since the last path."""
         own, start = self._touching, self._start
-        if self._previous_t1 is None:
-            moved = np.ones(len(start), bool)
-        else:
-            moved = (positions_t1 != self._previous_t1).any(axis=1)
-        self._previous_t1 = positions_t1.copy()
+        previous_t1, self._previous_t1 = self._previous_t1, None  # until all is decided
+        if previous_t1 is None:
+            self._toi[:], self._crosses[:], previous_t1 = 0.0, False, start
+        moved = (positions_t1 != previous_t1).any(axis=1)
         pairs = np.flatnonzero(moved[own.nodes].any(axis=1))
         self._toi[pairs] = self._first_meetings(pairs, positions_t1)
         contacts = np.flatnonzero(moved[own.edge_faces].any(axis=1))
         self._crosses[contacts] = self._go_through(contacts, positions_t1)
+        self._previous_t1 = positions_t1.copy()
 
     def _first_meetings(self, pairs: Indices, positions_t1: Positions) -> Times:
         """Return when each of some pairs first meets after t = 0, or NEVER."""
         nodes, kinds = self._touching.nodes[pairs], self._touching.is_edge_edge[pairs]
         apart, toi = np.empty(len(pairs), bool), np.full(len(pairs), NEVER)
         kernels.find_pairs_apart(self._start, positions_t1, nodes, apart)
-        for i in np.flatnonzero(~apart):
+        for i in self._deadline.checked(np.flatnonzero(~apart)):
             ends = self._start[nodes[i]], positions_t1[nodes[i]]
             time = first_meeting_after_start(bool(kinds[i]), *ends)
             toi[i] = NEVER if time is None else time
@@ -96,6 +103,11 @@ class TouchingPath:
 
     def _go_through(self, contacts: Indices, positions_t1: Positions) -> Flags:
         """Return which of some edges go through their faces right after t = 0."""
+        if len(contacts) == 0:
+            return np.empty(0, bool)
+        if self._signs_t0 is None:
+            corners = self._start[self._touching.edge_faces[:, VOLUMES]].reshape(-1, 4, 3)
+            self._signs_t0 = volume_signs(corners, self._deadline).reshape(-1, 5)
         edge_faces = self._touching.edge_faces[contacts]
         nodes = edge_faces[:, VOLUMES].reshape(-1, 4)
         signs_t0, signs = self._signs_t0[contacts].ravel(), np.empty(len(nodes), np.int8)
@@ -108,7 +120,7 @@ class TouchingPath:
             (turns == 1).any(axis=1) & (turns == -1).any(axis=1)
         )
         through = ~same_side & ~passes_by
-        for i in np.flatnonzero(through & ~known.all(axis=1)):
+        for i in self._deadline.checked(np.flatnonzero(through & ~known.all(axis=1))):
             own = edge_faces[i]
             through[i] = crosses_after_start(self._start[own], positions_t1[own])
         return through

@@ -19,6 +19,7 @@ from izo_ref.base.arrays import (
     Offsets,
     Positions,
 )
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.records import TreeOrders
 from izo_ref.detection.cpu import tree as kernels
 from izo_ref.detection.cpu.contacts import CHUNK, FEW_CHUNKS, find_pairs
@@ -181,7 +182,7 @@ def box_frame(positions_t0: Positions, edges: Edges | None = None) -> BoxFrame:
     return np.array(origin), ldexp(1.0, min(-exponent, 1000))
 
 
-def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
+def meeting_pairs(queries: Elements, leaves: Elements, deadline: Deadline = UNLIMITED) -> Ints:
     """Find the pairs of a query and a leaf whose moving boxes meet, one of them marked.
 
     Pairs that share a vertex are left out. A chunk of queries that finds more pairs than it has
@@ -190,6 +191,7 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
     Args:
         queries: Vertices or edges.
         leaves: Faces or edges; for edges the same object as `queries`, and each pair comes once.
+        deadline: When the search has to end.
 
     Returns:
         (n, 2) i4, places of the query and the leaf.
@@ -199,17 +201,18 @@ def meeting_pairs(queries: Elements, leaves: Elements) -> Ints:
 
     def launch(chunks: Indices, starts: Offsets) -> tuple[Indices, Ints]:
         counts, pairs = np.empty(len(chunks), np.int64), np.empty((starts[-1], 2), np.int32)
-        find_pairs.where_it_pays(
-            FEW_CHUNKS,
-            range(len(chunks)),
-            chunks,
-            starts,
-            queries.tree,
-            leaves.tree,
-            queries is leaves,
-            counts,
-            pairs,
-        )
+        for part in deadline.slices(range(len(chunks))):
+            find_pairs.where_it_pays(
+                FEW_CHUNKS,
+                part,
+                chunks,
+                starts,
+                queries.tree,
+                leaves.tree,
+                queries is leaves,
+                counts,
+                pairs,
+            )
         return counts, pairs
 
     counts, pairs = launch(chunks, starts)

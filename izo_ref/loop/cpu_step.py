@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from izo_ref.base.arrays import Flags, Floats, Indices, Multipliers, Positions
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.options import Options
 from izo_ref.base.records import (
     DetectionCounts,
@@ -55,6 +56,7 @@ class CpuStep(Step):
         thickness: Distance that impacts keep at the end [m].
         options: Choices and tolerances.
         detector: Detector of the scene.
+        deadline: When each solve has to end.
 
     Attributes:
         starts: (n_impacts,) f8 [kg], multipliers from which each zone was last solved. The other
@@ -64,12 +66,18 @@ class CpuStep(Step):
     starts: Multipliers
 
     def __init__(
-        self, scene: SceneArrays, thickness: float, options: Options, detector: PathDetector
+        self,
+        scene: SceneArrays,
+        thickness: float,
+        options: Options,
+        detector: PathDetector,
+        deadline: Deadline = UNLIMITED,
     ) -> None:
         """Begin at the proposed positions, without impacts."""
         self.scene = scene
         self.longest, self.n_left = (scene.positions_t1, -1.0), 0
         self._thickness, self._options, self._detector = thickness, options, detector
+        self._deadline = deadline
         self.begin(no_impacts(), np.empty(0))
 
     def begin(self, impacts: Impacts, multipliers: Multipliers) -> None:
@@ -174,7 +182,8 @@ class CpuStep(Step):
     def _solve_zones(self, zones: Zones) -> None:
         own, vertices = zones.impacts, zones.vertices
         system = zone_system(self.scene, self.impacts, zones, self._thickness)
-        solution = solve_system(system, self._options, start=self.starts[own])
+        more = {"start": self.starts[own], "deadline": self._deadline}
+        solution = solve_system(system, self._options, **more)
         solved = solution.feasible.repeat(system.vertex_offsets[1:] - system.vertex_offsets[:-1])
         positions: Floats = solution.positions[: len(vertices)]
         self.positions[vertices[solved]] = positions[solved]

@@ -12,6 +12,7 @@ import numpy as np
 
 from izo_ref.base.arrays import AnyArray, GpuArray, Indices, Positions
 from izo_ref.base.cuda.arrays import LEAST, SUM
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.gpu_arrays import (
     as_column,
     concatenate,
@@ -56,13 +57,20 @@ class GpuStep(Step):
         scene: The scene, in the numbering of the loop.
         thickness: Distance that impacts keep at the end [m].
         options: Choices and tolerances.
+        deadline: When each solve on the CPU has to end; the loop checks between the calls of a GPU.
     """
 
-    def __init__(self, scene: SceneArrays, thickness: float, options: Options) -> None:
+    def __init__(
+        self,
+        scene: SceneArrays,
+        thickness: float,
+        options: Options,
+        deadline: Deadline = UNLIMITED,
+    ) -> None:
         """Copy the scene to the GPU, and begin at the proposed positions, without impacts."""
         self.scene, self.n_left = scene, 0
         self._thickness, self._options, self._detector = thickness, options, Detector(scene)
-        self._n = len(scene.pinned)
+        self._deadline, self._n = deadline, len(scene.pinned)
         masses = np.where(scene.pinned, 0.0, scene.masses)
         self._total_mass = float(masses.sum())
         self._masses, self._pinned = to_gpu(masses), to_gpu(scene.pinned)
@@ -266,7 +274,8 @@ class GpuStep(Step):
         local = Zones(np.arange(len(impacts.toi)), *on_cpu[1:])
         system = zone_system(self.scene, impacts, local, self._thickness)
         by_gpu = self._options.method in LAGRANGIAN or self._options.preset is not None
-        solution = solve_system(system, self._options, device="cuda" if by_gpu else "cpu")
+        more = {"device": "cuda" if by_gpu else "cpu", "deadline": self._deadline}
+        solution = solve_system(system, self._options, **more)
         solved = np.repeat(solution.feasible, np.diff(on_cpu.vertex_offsets))
         vertices = on_cpu.vertices
         positions = solution.positions[: len(vertices)]
@@ -291,7 +300,7 @@ class GpuStep(Step):
         """Return the same step on the CPU; its detections still run on the GPU."""
         seen = None if self._seen is None else to_cpu(self._seen)
         detector = HostDetector(self._detector, seen)
-        same = CpuStep(self.scene, self._thickness, self._options, detector)
+        same = CpuStep(self.scene, self._thickness, self._options, detector, self._deadline)
         same.positions = to_cpu(self.positions)
         same.impacts = impacts_to_cpu(self.impacts)
         same.multipliers, same.active = to_cpu(self.multipliers), to_cpu(self.active)

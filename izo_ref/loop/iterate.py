@@ -8,11 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.exact_path import first_meeting
+from izo_ref.base.options import RULES
 from izo_ref.base.records import Impacts, SceneArrays
-from izo_ref.certificate.certify import certify_path
+from izo_ref.certificate.certify import certify_in_time
 from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.loop.step import Step
+from izo_ref.loop.time_plan import TimePlan
 
 # Impacts of the first detection that are tried before the certificate is asked for all pairs. The
 # filter of the certificate decides nearly every real impact, in 1 us.
@@ -59,10 +62,12 @@ class Loop:
         step: The step, on the CPU or on a GPU.
         max_iterations: Largest number of detections of a run, not counting the last one.
         on_iteration: Function that is called with the record of each iteration as it ends.
+        times: The stages of the run; without a limit if None.
 
     Attributes:
         step: The step.
         history: The records of all iterations.
+        times: The stages of the run.
     """
 
     def __init__(
@@ -70,9 +75,11 @@ class Loop:
         step: Step,
         max_iterations: int,
         on_iteration: Callable[[Iteration], object] | None = None,
+        times: TimePlan | None = None,
     ) -> None:
         """Keep the step; nothing runs yet."""
         self.step = step
+        self.times = times or TimePlan(UNLIMITED)
         self.history: list[Iteration] = []
         self._max_iterations, self._on_iteration = max_iterations, on_iteration
 
@@ -89,17 +96,23 @@ class Loop:
             positions of the other vertices can prevent. False if the iterations are used up, if
             the objective has reached `limit`, or if there are such impacts and the scene says that
             they block the step.
+
+        Raises:
+            OutOfTimeError: The present stage of `times` has used up its time.
         """
-        step = self.step
+        step, times = self.step, self.times
         if step.n_impacts:
             step.solve(0)
         for iteration in range(1, self._max_iterations + 1):
+            times.deadline.check()
             begin = time.perf_counter()
             detected = step.detect()
+            times.begin_main()
             if detected.found + detected.blocked and self._proposal_is_free():
                 detected = detected._replace(found=0, blocked=0)
             if detected.blocked and step.scene.prescribed == "block":
                 return False
+            times.deadline.check()
             middle = time.perf_counter()
             first_new = step.n_impacts
             n_new = step.select() if detected.found else 0
@@ -124,6 +137,7 @@ class Loop:
                 return False
             if n_new == 0:
                 return detected.found == 0
+        times.deadline.check()
         return step.detect().found == 0
 
     def _proposal_is_free(self) -> bool:
@@ -142,9 +156,10 @@ class Loop:
         start, end = scene.positions_t0, scene.positions_t1
         meets = np.empty(len(sample.toi), bool)
         decide_meetings(start, end, sample.nodes, sample.is_edge_edge, sample.toi, meets)
-        if meets.any() or _one_meets(sample, scene):
+        deadline = self.times.deadline
+        if meets.any() or _one_meets(sample, scene, deadline):
             return False
-        return certify_path(scene, end).free
+        return certify_in_time(scene, end, frozenset(RULES), "cpu", deadline).free
 
     def record(self, iteration: Iteration) -> None:
         """Append the record of an iteration to the history, and pass it on."""
@@ -153,10 +168,12 @@ class Loop:
             self._on_iteration(iteration)
 
 
-def _one_meets(impacts: Impacts, scene: SceneArrays) -> bool:
+def _one_meets(impacts: Impacts, scene: SceneArrays, deadline: Deadline) -> bool:
     """Return whether one of the impacts meets on the path to the proposed positions, exactly."""
     start, end = scene.positions_t0, scene.positions_t1
     return any(
         first_meeting(bool(is_edge_edge), start[nodes], end[nodes]) is not None
-        for nodes, is_edge_edge in zip(impacts.nodes, impacts.is_edge_edge, strict=True)
+        for nodes, is_edge_edge in deadline.checked(
+            zip(impacts.nodes, impacts.is_edge_edge, strict=True)
+        )
     )

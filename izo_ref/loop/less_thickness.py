@@ -10,6 +10,7 @@ import copy
 import numpy as np
 
 from izo_ref.base.arrays import Flags, Positions
+from izo_ref.base.deadline import Deadline
 from izo_ref.base.options import Options
 from izo_ref.detection.detector import Detector
 from izo_ref.loop.cpu_step import CpuStep
@@ -24,7 +25,7 @@ FRACTIONS = (2.0**-2, 2.0**-8, 2.0**-16, 2.0**-32)
 
 
 def find_with_less_thickness(
-    step: Step, stuck: Flags, thickness: float, options: Options
+    step: Step, stuck: Flags, thickness: float, options: Options, deadline: Deadline
 ) -> Positions | None:
     """Find ends of some vertices that keep a part of the thickness, on a free path.
 
@@ -36,16 +37,21 @@ def find_with_less_thickness(
         stuck: (n_vertices,) b1, unpinned vertices without a free end; each of these pairs has one.
         thickness: Distance that impacts keep at the end [m].
         options: Choices and tolerances.
+        deadline: When the search has to end.
 
     Returns:
         (n_vertices, 3) f8 [m], ends of all vertices; None if there are none with any of
         `FRACTIONS`.
+
+    Raises:
+        OutOfTimeError: The time of this stage of the deadline is used up.
     """
     scene: Scene = copy.copy(step.scene)  # pyright: ignore[reportAssignmentType]
     scene.positions_t1 = np.where(stuck[:, None], step.scene.positions_t1, step.positions)
     scene.pinned, scene.prescribed, scene.on_gpu = ~stuck, "exclude", {}
     for fraction in FRACTIONS:
-        own = CpuStep(scene, fraction * thickness, options, Detector.of_scene(scene, options.rules))
+        detector = Detector.of_scene(scene, options.rules, deadline)
+        own = CpuStep(scene, fraction * thickness, options, detector, deadline)
         if Loop(own, options.max_iterations).run(0):
             return own.positions
     return None

@@ -10,23 +10,27 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import GpuArray, Indices, Multipliers, Positions
+from izo_ref.base.arrays import Flags, GpuArray, Indices, Multipliers, Positions
+from izo_ref.base.deadline import Deadline, OutOfTimeError
 from izo_ref.base.devices import choose_device, implementation
 from izo_ref.base.options import Options
 from izo_ref.base.records import Impacts, SceneArrays, Status, join_impacts
 from izo_ref.base.sizes import scene_in_range, thickness_in_range
-from izo_ref.certificate.certify import PathCertificate, certify_path
+from izo_ref.certificate.certify import PathCertificate
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.mesh import median_length
 from izo_ref.loop.cpu_step import CpuStep
+from izo_ref.loop.ending import certified_ending, start_is_nearer
 from izo_ref.loop.iterate import Iteration, Loop
 from izo_ref.loop.less_thickness import find_with_less_thickness
 from izo_ref.loop.numbering import geometric_order, renumber_scene, restore_numbering
 from izo_ref.loop.plan import Plan, plan
 from izo_ref.loop.result_back import iterations_back, result_back
+from izo_ref.loop.rounds import relinearize
 from izo_ref.loop.scale_back import ScaledBack, scale_back
 from izo_ref.loop.step import Step
 from izo_ref.loop.stopwatch import Stopwatch
+from izo_ref.loop.time_plan import TimePlan
 from izo_ref.loop.verdict import judge_zones, statuses_of_zones, verdict
 from izo_ref.scene import Scene
 from izo_ref.zones.grouping import Zones, build_zones
@@ -35,8 +39,6 @@ from izo_ref.zones.problem import Residuals
 
 # `wrap_step` of `resolve`: takes a step, the order of its vertices and the thickness.
 WrapStep: TypeAlias = Callable[[Step, Indices, float], Step]
-# Work that the rounds with new normals may always do, see `_work`: 0.04 to 0.2 s.
-LITTLE_WORK = 10_000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +54,8 @@ class Result:
         positions_on_gpu: The same positions as an array of the GPU (`__cuda_array_interface__`) if
             a GPU ran the loop; else None.
         status: How the step ended; its value is a sentence for the user.
+        reason: What the time limit ended, and what is returned instead, as sentences for the user;
+            empty if it ended nothing. It is always empty without `Options(max_seconds=...)`.
         objective: sum m |x - y|^2 / sum m over the unpinned vertices [m^2].
         thickness: The thickness that was used [m].
         converged: Whether every zone is solved to tolerance. False if the result was scaled back
@@ -80,6 +84,7 @@ class Result:
     positions: Positions
     positions_on_gpu: GpuArray
     status: Status
+    reason: str
     objective: float
     thickness: float
     converged: bool
@@ -129,7 +134,8 @@ def resolve(
             its place. It is for recorders of the loop, such as `porting/trace.py`.
 
     Returns:
-        The result. Its path is certified free, or its status says that it is not.
+        The result. Its path is certified free, or its status says that it is not. If
+        `options.max_seconds` ended the run early, `reason` says what was ended.
 
     Raises:
         ThicknessError: The thickness is not a positive, finite number, or it is too large or too
@@ -147,14 +153,19 @@ def resolve(
     checks.function("on_iteration", on_iteration)
     checks.function("wrap_step", wrap_step)
     device = choose_device(device, scene)
+    deadline = Deadline(options.max_seconds)
     twin, units = scene_in_range(scene)
     if thickness is not None:
         thickness = thickness_in_range(checks.thickness(thickness), twin, units)
-    if twin is scene:
-        return _resolve_in_range(scene, thickness, device, options, on_iteration, wrap_step)
-    on_iteration = iterations_back(on_iteration, units)
-    result = _resolve_in_range(twin, thickness, device, options, on_iteration, wrap_step)
-    return result_back(result, scene, twin, units, device)
+    times, more = TimePlan(deadline, 1 if twin is scene else 2), (options, on_iteration, wrap_step)
+    try:
+        if twin is scene:
+            return _resolve_in_range(scene, thickness, device, *more, times)
+        more = options, iterations_back(on_iteration, units), wrap_step
+        result = _resolve_in_range(twin, thickness, device, *more, times)
+        return result_back(result, scene, twin, units, device, times)
+    finally:
+        times.end()
 
 
 def _resolve_in_range(
@@ -164,23 +175,24 @@ def _resolve_in_range(
     options: Options,
     on_iteration: Callable[[Iteration], object] | None,
     wrap_step: WrapStep | None,
+    times: TimePlan,
 ) -> Result:
     """Resolve a scene of ordinary size (`base/units.py`)."""
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
     thickness = _choose_thickness(scene, thickness, options)
     watch = Stopwatch()
     order = geometric_order(scene)
-    step = make_step(renumber_scene(scene, order), thickness, options)
+    step = make_step(renumber_scene(scene, order), thickness, options, times.deadline)
     if wrap_step is not None:
         step = wrap_step(step, order, thickness)
-    loop = Loop(step, options.max_iterations, on_iteration)
-    free = loop.run(0)
+    loop = Loop(step, options.max_iterations, on_iteration, times)
+    free = _run_main(loop)
     watch.lap("main")
     if free and step.n_active:
-        _relinearize(loop, options)
+        relinearize(loop, options)
     watch.lap("relinearize")
     loop.step = step.to_cpu()
-    scaled_back = [] if free else _scale_back(loop, order, thickness, options)
+    scaled_back = [] if free else _scale_back_in_time(loop, order, thickness, options)
     watch.lap("scale_back")
 
     positions = np.empty_like(scene.positions_t1)
@@ -188,8 +200,11 @@ def _resolve_in_range(
     if scene.copies is not None:
         positions = positions[scene.copies]
     whole = free and scene.copies is None  # the positions of the step are all positions
+    path = scene, positions, scaled_back, options.rules, device, times
+    positions, certificate, scaled_back = certified_ending(*path)
+    whole = whole and not times.stays
     positions_on_gpu = step.positions_on_gpu(positions, order if whole else None)
-    certificate = certify_path(scene, positions, options.rules, device)
+    times.end()
     watch.lap("certify")
     impacts, index = restore_numbering(loop.step.impacts, order, scene.faces)
     multipliers = loop.step.multipliers[index]
@@ -197,11 +212,12 @@ def _resolve_in_range(
     judged = judge_zones(scene, impacts, multipliers, zones, thickness, positions)
     watch.lap("judge")
     facts = certificate, scaled_back, judged, options
-    status, converged, feasible = verdict(*facts)
+    status, converged, feasible = verdict(*facts, times.reason)
     return Result(
         positions=positions,
         positions_on_gpu=positions_on_gpu,
         status=status,
+        reason=times.reason,
         objective=objective(scene, positions),
         thickness=thickness,
         converged=converged,
@@ -230,37 +246,37 @@ def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Opti
     return checks.thickness(options.thickness_fraction * length)
 
 
-def _make_cpu_step(scene: SceneArrays, thickness: float, options: Options) -> Step:
-    return CpuStep(scene, thickness, options, Detector.of_scene(scene, options.rules))
+def _make_cpu_step(
+    scene: SceneArrays, thickness: float, options: Options, deadline: Deadline
+) -> Step:
+    detector = Detector.of_scene(scene, options.rules, deadline)
+    return CpuStep(scene, thickness, options, detector, deadline)
 
 
-def _relinearize(loop: Loop, options: Options) -> None:
-    """Take the normals again at the answer, as often as it pays (docs/method section 6)."""
-    best = loop.step.objective()
-    budget = max(options.relinearize_budget * _work(loop.history), LITTLE_WORK)
-    n_main = len(loop.history)
-    for number in range(1, options.relinearize + 1):
-        if _work(loop.history[n_main:]) > budget:
-            return
-        saved = loop.step.save()
-        loop.step.relinearize()
-        if not loop.run(number, limit=best):
-            loop.step.restore(saved)
-            return
-        value = loop.step.objective()
-        paid = value <= best * (1.0 - options.relinearize_gain)
-        best = value
-        if not paid:
-            return
+def _run_main(loop: Loop) -> bool:
+    """Run the main loop; return whether the path is free."""
+    loop.times.begin_first_detection()
+    try:
+        return loop.run(0)
+    except OutOfTimeError:
+        loop.times.note("The fail-safe took over.")
+        return False
 
 
-def _work(history: list[Iteration]) -> int:
-    """Return the work of some iterations: vertices that moved, and impacts that were found.
-
-    For one of them, an iteration takes 4 us on stack-6k and 13 to 18 us on armadillo-rollers. The
-    work is the same on every device and with every plan.
-    """
-    return sum(entry.moved + entry.found for entry in history)
+def _scale_back_in_time(
+    loop: Loop, order: Indices, thickness: float, options: Options
+) -> list[ScaledBack]:
+    """Scale zones back, unless that takes too long or everything unpinned had better stay put."""
+    times, step = loop.times, loop.step
+    times.begin_scaling_back()
+    try:
+        scaled_back = _scale_back(loop, order, thickness, options)
+    except OutOfTimeError:
+        times.stay()
+        return []
+    if times.reason and start_is_nearer(step.scene, step.positions):
+        times.stays = True
+    return scaled_back
 
 
 def _scale_back(loop: Loop, order: Indices, thickness: float, options: Options) -> list[ScaledBack]:
@@ -292,9 +308,21 @@ def _scale_back(loop: Loop, order: Indices, thickness: float, options: Options) 
         for group in range(len(groups)):
             vertices = groups.vertices_of(group)
             blocked[vertices] = np.isin(vertices, step.found.nodes).any()
-        ends = find_with_less_thickness(step, blocked, thickness, options)
+        ends = _with_less_thickness(loop, blocked, thickness, options)
         if ends is None:
             ends = np.where(blocked[:, None], step.longest[0], step.positions)
         step.positions = ends
         scaled_back = [s._replace(vertices=s.vertices[~blocked[s.vertices]]) for s in scaled_back]
     return [ScaledBack(np.sort(order[s.vertices]), s.scale) for s in scaled_back if len(s.vertices)]
+
+
+def _with_less_thickness(
+    loop: Loop, blocked: Flags, thickness: float, options: Options
+) -> Positions | None:
+    """Return ends with less than the thickness, or None if there are none, or no time is left."""
+    times = loop.times
+    try:
+        return find_with_less_thickness(loop.step, blocked, thickness, options, times.deadline)
+    except OutOfTimeError:
+        times.note("What has too little room for the thickness was not resolved again with less.")
+        return None

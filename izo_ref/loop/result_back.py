@@ -17,9 +17,11 @@ from izo_ref.base.devices import implementation
 from izo_ref.base.records import SceneArrays
 from izo_ref.base.sizes import positions_back
 from izo_ref.base.units import Units, times_power
-from izo_ref.certificate.certify import certify_path
+from izo_ref.loop.ending import at_start, certified_ending
 from izo_ref.loop.iterate import Iteration
-from izo_ref.loop.verdict import statuses_of_zones, verdict
+from izo_ref.loop.time_plan import TimePlan
+from izo_ref.loop.verdict import judge_zones, statuses_of_zones, verdict
+from izo_ref.zones.objective import objective
 
 
 def iterations_back(
@@ -41,7 +43,7 @@ def _iteration_back(record: Iteration, units: Units) -> Iteration:
 
 
 def result_back(
-    result: Any, scene: SceneArrays, twin: SceneArrays, units: Units, device: str
+    result: Any, scene: SceneArrays, twin: SceneArrays, units: Units, device: str, times: TimePlan
 ) -> Any:
     """Return a result in the units of the caller.
 
@@ -54,14 +56,21 @@ def result_back(
         twin: The scene of ordinary size.
         units: The powers of two by which it was multiplied.
         device: The device that certifies the path.
+        times: The stages of the run.
 
     Raises:
         SizeError: A vertex ends where no float is; names the first one.
     """
-    positions = positions_back(scene, twin, result.positions, units)
-    certificate = certify_path(scene, positions, result.options.rules, device)
-    facts = certificate, result.scaled_back, result.residuals, result.options
-    status, converged, feasible = verdict(*facts)
+    positions, stayed = positions_back(scene, twin, result.positions, units), times.stays
+    more = result.scaled_back, result.options.rules, device, times
+    positions, certificate, scaled_back = certified_ending(scene, positions, *more)
+    times.end()
+    if times.stays and not stayed:  # the zones of the twin were judged at another end
+        ends, own = at_start(twin), (result.impacts, result.multipliers, result.zones)
+        judged = judge_zones(twin, *own, result.thickness, ends)
+        result = replace(result, residuals=judged, objective=objective(twin, ends))
+    facts = certificate, scaled_back, result.residuals, result.options
+    status, converged, feasible = verdict(*facts, times.reason)
     on_gpu = result.positions_on_gpu
     if on_gpu is not None:
         to_gpu = implementation("cuda", np.asarray, "izo_ref.base.gpu_arrays:to_gpu")
@@ -82,6 +91,8 @@ def result_back(
         ],
         zone_statuses=statuses_of_zones(result.zones, *facts),
         certificate=certificate,
+        scaled_back=scaled_back,
+        reason=times.reason,
         time_free=certificate.time_free,
         history=[_iteration_back(record, units) for record in result.history],
     )

@@ -55,12 +55,13 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
     detected = step.detect()
     rounds = 0
     while detected.found:
+        loop.times.deadline.check()
         begin = time.perf_counter()
         joined = join_impacts((joined, step.found))
         groups = build_zones(scene, join_impacts((step.impacts, joined)))
         trouble = np.zeros(len(scale), bool)
         trouble[step.found.nodes] = True
-        if not _lower_scales(groups, trouble, scale):
+        if not _lower_scales(groups, trouble, scale, loop.times.halves()):
             break
         kept = scale == 1.0
         start = scene.positions_t0
@@ -91,13 +92,14 @@ def scale_back(loop: Loop) -> list[ScaledBack]:
     ]
 
 
-def _lower_scales(groups: Zones, trouble: Flags, scale: Floats) -> bool:
+def _lower_scales(groups: Zones, trouble: Flags, scale: Floats, halves: bool) -> bool:
     """Lower the scale of each group with a vertex in trouble.
 
     Args:
         groups: Vertices that are scaled together.
         trouble: (n_vertices,) b1, vertices of pairs that meet.
         scale: (n_vertices,) f8, fraction of the displacement; changed.
+        halves: Whether to halve the scales; else they become 0, because time is short.
 
     Returns:
         False if all groups in trouble were at scale 0 already.
@@ -108,6 +110,6 @@ def _lower_scales(groups: Zones, trouble: Flags, scale: Floats) -> bool:
         least = scale[vertices].min()
         if not trouble[vertices].any() or (least == 0.0 and scale[vertices].max() == 0.0):
             continue
-        scale[vertices] = least / 2.0 if least > 0.5**HALVINGS else 0.0
+        scale[vertices] = least / 2.0 if halves and least > 0.5**HALVINGS else 0.0
         lowered = True
     return lowered

@@ -61,8 +61,17 @@ def verdict(
     scaled_back: list[ScaledBack],
     judged: list[Residuals],
     options: Options,
+    reason: str,
 ) -> tuple[Status, bool, bool]:
-    """Return the status, converged and feasible, from what was certified and judged."""
+    """Return the status, converged and feasible, from what was certified and judged.
+
+    Args:
+        certificate: Certificate of the path.
+        scaled_back: What was scaled back.
+        judged: The residuals of each zone.
+        options: The tolerances.
+        reason: What the time limit ended; empty if it ended nothing.
+    """
     valid = certificate.free and not scaled_back
     converged = valid and all(
         r.solved(options.gap_tolerance, options.violation_tolerance) for r in judged
@@ -72,6 +81,6 @@ def verdict(
     elif certificate.excluded is not None:
         status = Status.FREE_EXCEPT_EXCLUDED
     else:
-        status = Status.FREE if converged else Status.FREE_BY_FALLBACK
+        status = Status.FREE if converged and not reason else Status.FREE_BY_FALLBACK
     feasible = valid and all(r.feasible(options.violation_tolerance) for r in judged)
     return status, converged, feasible

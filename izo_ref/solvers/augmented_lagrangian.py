@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from izo_ref.base.arrays import AnyArray, Multipliers
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.options import Options
 from izo_ref.solvers.cpu import lagrangian as kernels
 from izo_ref.solvers.presets import choose_settings, preset_of
@@ -40,13 +41,18 @@ def make_work_space(
         zeros((3, m), dtype),
         zeros((n_memory,), dtype),
         zeros((inputs.zones.shape[0], n_threads, N_STATES), np.float64),
+        zeros((1,), np.bool_),
     )
 
 
-def run_on_cpu(inputs: Inputs, settings: Settings, results: Results) -> None:
-    """Run the kernel of the CPU: one thread a zone."""
+def run_on_cpu(
+    inputs: Inputs, settings: Settings, results: Results, deadline: Deadline = UNLIMITED
+) -> None:
+    """Run the kernel of the CPU until the deadline: one thread a zone."""
     work = make_work_space(inputs, inputs.memory_offsets[-1], 1, np.zeros)
+    work = work._replace(stop=deadline.stop)
     kernels.solve_lagrangian(range(len(inputs.zones)), inputs, settings, results, work)
+    deadline.check()
 
 
 def descend(

@@ -76,7 +76,7 @@ def _solve_small(
         zones,
         take(methods, zones),
         *constraints,
-        Limits(options.gap_tolerance, violation_m, FARTHEST),
+        Limits(options.gap_tolerance, violation_m, FARTHEST, full(1, False, np.bool_)),
         number_starts,
         index_starts,
         solution.multipliers,

@@ -20,6 +20,7 @@ from typing import Protocol
 import numpy as np
 
 from izo_ref.base.arrays import Floats, Multipliers
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.solvers.cpu.sparse import weighted_gram
 from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
@@ -83,13 +84,13 @@ class _NewtonEquations(Protocol):
 class _MultiplierEquations:
     """Newton's equations reduced to the multipliers; see `_NewtonEquations`."""
 
-    def __init__(self, zone: LargeZone) -> None:
+    def __init__(self, zone: LargeZone, deadline: Deadline) -> None:
         """Compute C C^T and its pattern."""
         self.zone = zone
         rows = zone.nodes, zone.coefficients, zone.normals
         entries, self.values = gram_products(*rows, zone.n_vertices)
         self.diagonal = np.flatnonzero(entries[:, 0] == entries[:, 1])
-        self.factors = SparseCholesky(entries, len(zone.rhs), 1)
+        self.factors = SparseCholesky(entries, len(zone.rhs), 1, deadline)
 
     def start(self, multipliers: Multipliers) -> Floats:
         """Return C^T l: each step then keeps z = C^T l to rounding, whatever was factored."""
@@ -118,7 +119,7 @@ class _MultiplierEquations:
 class _PositionEquations:
     """Newton's equations reduced to z, three unknowns a vertex; see `_NewtonEquations`."""
 
-    def __init__(self, zone: LargeZone) -> None:
+    def __init__(self, zone: LargeZone, deadline: Deadline) -> None:
         """Find which blocks of I + C^T diag(l / w) C are not zero, and where each impact adds."""
         self.zone, n = zone, zone.n_vertices
         first, second = np.triu_indices(4, 1)
@@ -133,7 +134,7 @@ class _PositionEquations:
         self.slots[:, first, second] = np.maximum(slots - pinned, -1).reshape(low.shape)
         itself = np.where(zone.nodes >= 0, len(pairs) + zone.nodes, -1)
         self.slots[:, np.arange(4), np.arange(4)] = itself
-        self.factors = SparseCholesky(self.entries, n, 3)
+        self.factors = SparseCholesky(self.entries, n, 3, deadline)
 
     def start(self, multipliers: Multipliers) -> Floats:
         """Return zeros."""
@@ -168,6 +169,7 @@ def interior_point(
     gap_tolerance: float,
     violation_tolerance: float,
     farthest: float = FARTHEST,
+    deadline: Deadline = UNLIMITED,
 ) -> tuple[Floats, Multipliers, int, bool]:
     """Solve one zone.
 
@@ -177,6 +179,7 @@ def interior_point(
         gap_tolerance: Relative duality gap to reach. The method goes below it if rounding allows.
         violation_tolerance: Largest s - C z to reach, in the unit of rhs.
         farthest: Largest |z| of a solution, over the largest rhs.
+        deadline: When the iterations have to end.
 
     Returns:
         z, (n,) f8, the multipliers, (m,) f8, the number of iterations, and whether the constraints
@@ -191,10 +194,10 @@ def interior_point(
     s = rhs / scale
     if _is_solved(zone, start, scale, gap_tolerance, violation_tolerance):
         return *start, 0, True
-    newton = _choose_equations(zone)
+    newton = _choose_equations(zone, deadline)
     z, slack, multipliers = _move_inside(s, newton, start[0] / scale, start[1] / scale)
     best, iteration = (np.inf, z, multipliers, 0), 0
-    for iteration in range(MAX_ITERATIONS):
+    for iteration in deadline.checked(range(MAX_ITERATIONS)):
         dual, primal = np.empty_like(z), np.empty_like(s)
         violation, objective, gap, norm = residuals(
             z, zone.pull(multipliers), zone.times(z), s, slack, multipliers, dual, primal
@@ -250,11 +253,11 @@ def _is_solved(
     return objective > 0.0 and off < CONVERGED_ERROR * objective
 
 
-def _choose_equations(zone: LargeZone) -> _NewtonEquations:
+def _choose_equations(zone: LargeZone, deadline: Deadline) -> _NewtonEquations:
     """Return the equations with fewer unknowns."""
     if len(zone.rhs) < 3 * zone.n_vertices:
-        return _MultiplierEquations(zone)
-    return _PositionEquations(zone)
+        return _MultiplierEquations(zone, deadline)
+    return _PositionEquations(zone, deadline)
 
 
 def _move_inside(

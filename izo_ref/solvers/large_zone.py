@@ -21,7 +21,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import Floats, Multipliers
+from izo_ref.base.arrays import Flags, Floats, Multipliers
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.interior_point import FARTHEST, interior_point
 from izo_ref.solvers.pivoting import pivot_from, polish
@@ -71,6 +72,7 @@ def solve_large_zone(
     violation_tolerance: float,
     interior_only: bool,
     farthest: float = FARTHEST,
+    deadline: Deadline = UNLIMITED,
 ) -> LargeSolution:
     """Solve one zone.
 
@@ -82,6 +84,7 @@ def solve_large_zone(
         violation_tolerance: Largest violation [m].
         interior_only: Whether to allow no other method than the interior point.
         farthest: Largest |z| of a solution, over the largest rhs.
+        deadline: When the methods have to end.
 
     Returns:
         The solution.
@@ -99,6 +102,7 @@ def solve_large_zone(
             violation_tolerance + MISSED_SHARE * beyond,
             interior_only,
             farthest,
+            deadline,
         )
         n_aims += 1
         if solution.solved:
@@ -127,6 +131,7 @@ def _solve(
     violation_tolerance: float,
     interior_only: bool,
     farthest: float,
+    deadline: Deadline,
 ) -> LargeSolution:
     """Solve one zone; the arguments are those of `solve_large_zone`."""
     tolerances = TOLERANCE_SHARE * gap_tolerance, TOLERANCE_SHARE * violation_tolerance
@@ -136,18 +141,21 @@ def _solve(
     # where the interior point took 1.4 s for all of them.
     is_redundant = len(zone.rhs) >= 3 * zone.n_vertices
     if start.any() and not interior_only and not is_redundant:
-        solution = pivot_from(zone, start, gap_tolerance, scaled_tolerance)
+        solution = pivot_from(zone, start, gap_tolerance, scaled_tolerance, deadline)
         if solution is not None:
             return LargeSolution(*solution[:2], "pivoting", solution[2], True)
     u, z = np.zeros(len(zone.rhs)), np.zeros(3 * zone.n_vertices)
     sweeps_may_solve = not interior_only and is_entangled(zone)
     most = _most_sweeps(len(u)) if sweeps_may_solve else FIRST_SWEEPS
-    steps = _sweep(zone, most, *tolerances, u, z)
+    steps = _sweep(zone, most, *tolerances, deadline.stop, u, z)
+    deadline.check()
     if sweeps_may_solve and steps < most:
         return LargeSolution(z, u, "apgs", steps, True)
-    z, u, steps, solved = interior_point(zone, (z, u), gap_tolerance, scaled_tolerance, farthest)
+    z, u, steps, solved = interior_point(
+        zone, (z, u), gap_tolerance, scaled_tolerance, farthest, deadline
+    )
     if solved and not interior_only and not is_redundant:
-        z, u = polish(zone, z, u, scaled_tolerance)
+        z, u = polish(zone, z, u, scaled_tolerance, deadline)
     return LargeSolution(z, u, "interior-point", steps, solved)
 
 
@@ -161,6 +169,7 @@ def _sweep(
     count: int,
     gap_tolerance: float,
     violation_tolerance: float,
+    stop: Flags,
     u: Multipliers,
     z: Floats,
 ) -> int:
@@ -179,6 +188,7 @@ def _sweep(
         count,
         gap_tolerance,
         violation_tolerance,
+        stop,
         u,
         z,
         steps,

@@ -29,6 +29,7 @@ from __future__ import annotations
 import numpy as np
 
 from izo_ref.base.arrays import Flags, Floats, Multipliers
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.solvers.scaled_constraints import LargeZone
 from izo_ref.solvers.serial.gram import gram_products
 from izo_ref.solvers.serial.interior import residuals
@@ -62,7 +63,11 @@ CORRECTIONS = 12  # of one factorisation, most of which end after 2 to 5
 
 
 def pivot_from(
-    zone: LargeZone, start: Multipliers, gap_tolerance: float, violation_tolerance: float
+    zone: LargeZone,
+    start: Multipliers,
+    gap_tolerance: float,
+    violation_tolerance: float,
+    deadline: Deadline = UNLIMITED,
 ) -> tuple[Floats, Multipliers, int] | None:
     """Solve a zone if the start is near enough to the solution.
 
@@ -72,6 +77,7 @@ def pivot_from(
             inactive impacts.
         gap_tolerance: Largest relative duality gap.
         violation_tolerance: Largest s - C z, in the unit of rhs.
+        deadline: When the solves have to end.
 
     Returns:
         z, (3 n_vertices,) f8, the multipliers, (m,) f8, and the number of solves; None if the
@@ -87,9 +93,9 @@ def pivot_from(
     dual, primal, no_slack = np.empty(3 * zone.n_vertices), np.empty(len(s)), np.zeros(len(s))
     products = zone.times(zone.pull(v))
     active = (v > 0.0) | (products < s)
-    matrix = _Matrix(zone)
+    matrix = _Matrix(zone, deadline=deadline)
     fewest, since, last_off = np.inf, 0, np.inf
-    for step in range(1, MAX_STEPS + 1):
+    for step in deadline.checked(range(1, MAX_STEPS + 1)):
         u = matrix.solve(active, s + RHO * v)
         z = zone.pull(u)
         products = zone.times(z)
@@ -113,7 +119,11 @@ def pivot_from(
 
 
 def polish(
-    zone: LargeZone, z: Floats, multipliers: Multipliers, violation_tolerance: float
+    zone: LargeZone,
+    z: Floats,
+    multipliers: Multipliers,
+    violation_tolerance: float,
+    deadline: Deadline = UNLIMITED,
 ) -> tuple[Floats, Multipliers]:
     """Move a solution onto its active constraints, which takes its error down to rounding.
 
@@ -128,12 +138,13 @@ def polish(
         z: (3 n_vertices,) f8 [m kg^1/2], near the solution.
         multipliers: (m,) f8 [m kg^1/2], u >= 0.
         violation_tolerance: Largest s - C z, in the unit of rhs.
+        deadline: When each factorisation has to end.
 
     Returns:
         z and the multipliers; those that came in if no better ones were found.
     """
     active, u = multipliers > zone.times(z) - zone.rhs, multipliers
-    matrix, before = _Matrix(zone, POLISH_RHO), _gap(zone, z, u)
+    matrix, before = _Matrix(zone, POLISH_RHO, deadline), _gap(zone, z, u)
     for _ in range(POLISHES):
         moved, u = _move_onto(zone, matrix, active, np.where(active, np.maximum(u, 0.0), 0.0))
         missing = zone.rhs - zone.times(moved)
@@ -203,15 +214,16 @@ class _Matrix:
     Args:
         zone: The zone.
         rho: What is added to the diagonal.
+        deadline: When each solve has to end.
     """
 
-    def __init__(self, zone: LargeZone, rho: float = RHO) -> None:
+    def __init__(self, zone: LargeZone, rho: float = RHO, deadline: Deadline = UNLIMITED) -> None:
         """Compute the matrix of all constraints, and analyse its pattern."""
         entries, self._values = gram_products(
             zone.nodes, zone.coefficients, zone.normals, zone.n_vertices
         )
         self._values[entries[:, 0] == entries[:, 1]] += rho
-        self._factors = SparseCholesky(entries, len(zone.rhs), 1)
+        self._factors = SparseCholesky(entries, len(zone.rhs), 1, deadline)
         self._factored: Flags | None = None
 
     def solve(self, active: Flags, right: Floats) -> Multipliers:

@@ -8,6 +8,7 @@ solves the small zones side by side, one thread a zone, and then the large zones
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from numba import get_num_threads
 
 from izo_ref.base import checks
 from izo_ref.base.arrays import Codes, Flags, Floats, Ints, Multipliers
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.devices import implementation
 from izo_ref.base.errors import DeviceUnavailableError, SizeError
 from izo_ref.base.options import LAGRANGIAN, SWEEPS, Options
@@ -71,6 +73,7 @@ def solve_system(
     trace: bool = False,
     start: Multipliers | None = None,
     device: str = "cpu",
+    deadline: Deadline = UNLIMITED,
 ) -> SystemSolution:
     """Solve every zone of a system: small zones one a thread, then large zones one by one.
 
@@ -82,6 +85,7 @@ def solve_system(
         start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 for impacts that it did
             not have.
         device: `cpu` or `cuda`. With `cuda`, the method `auto` is `newton`.
+        deadline: When the solvers of the CPU have to end.
 
     Returns:
         The solution; `feasible` is False for zones that were not solved.
@@ -89,21 +93,23 @@ def solve_system(
     Raises:
         OptionError: `device` has another value.
         DeviceUnavailableError: There is no GPU, or the method runs on the CPU only.
+        OutOfTimeError: The deadline has passed.
     """
     constraints = scale_constraints(system)
     if checks.device(device) == "cuda":
         options, solve_on_gpu = _choose_gpu_method(options)
         return descend(system, options, constraints, trace, solve_on_gpu)
     if options.method in LAGRANGIAN or options.preset is not None:
-        return descend(system, options, constraints, trace)
+        run = partial(run_on_cpu, deadline=deadline)
+        return descend(system, options, constraints, trace, run)
     if options.method in SWEEPS:
-        return sweep(system, options, constraints, trace)
-    answers = _solve_small_zones(system, options, constraints)
+        return sweep(system, options, constraints, trace, deadline)
+    answers = _solve_small_zones(system, options, constraints, deadline)
     # The interior point takes the zones that are not solved so far: neither the size of a zone
     # nor dependent constraints hinder it, and it judges better what is infeasible.
     if options.method in ("auto", "interior-point"):
-        for zone in (~answers.solved).nonzero()[0].tolist():
-            _solve_large_zone(system, options, constraints, zone, start, answers)
+        for zone in deadline.checked((~answers.solved).nonzero()[0].tolist()):
+            _solve_large_zone(system, options, constraints, zone, start, answers, deadline)
     solved = answers.solved
     if constraints.hopeless.any():
         solved &= ~np.logical_or.reduceat(constraints.hopeless, system.impact_offsets[:-1])
@@ -120,7 +126,7 @@ def solve_system(
 
 
 def _solve_small_zones(
-    system: ZoneSystem, options: Options, constraints: ScaledConstraints
+    system: ZoneSystem, options: Options, constraints: ScaledConstraints, deadline: Deadline
 ) -> _Answers:
     """Solve the small zones in one launch, one thread a zone; large zones count as unsolved."""
     n_zones, n_impacts = len(system.impact_offsets) - 1, len(system.nodes)
@@ -137,28 +143,29 @@ def _solve_small_zones(
     n_slots = 1 if on_one_thread else get_num_threads()
     slots = np.arange(n_slots + 1)
     violation_m = options.violation_tolerance * system.thickness
-    kernel(
-        range(n_slots),
-        zones,
-        first_tried,
-        system.impact_offsets,
-        system.vertex_offsets,
-        constraints.unknowns,
-        constraints.coefficients,
-        system.normals,
-        constraints.rhs,
-        constraints.lengths,
-        Limits(options.gap_tolerance, violation_m, FARTHEST),
-        n_numbers * slots,
-        n_indices * slots,
-        multipliers,
-        z.ravel(),
-        methods,
-        solved,
-        steps,
-        np.empty(n_numbers * n_slots),
-        np.empty(n_indices * n_slots, np.int32),
-    )
+    for part in deadline.slices(range(len(zones))):
+        kernel(
+            range(n_slots),
+            zones[part.start : part.stop],
+            first_tried[part.start : part.stop],
+            system.impact_offsets,
+            system.vertex_offsets,
+            constraints.unknowns,
+            constraints.coefficients,
+            system.normals,
+            constraints.rhs,
+            constraints.lengths,
+            Limits(options.gap_tolerance, violation_m, FARTHEST, deadline.stop),
+            n_numbers * slots,
+            n_indices * slots,
+            multipliers,
+            z.ravel(),
+            methods,
+            solved,
+            steps,
+            np.empty(n_numbers * n_slots),
+            np.empty(n_indices * n_slots, np.int32),
+        )
     return _Answers(multipliers, z, multipliers > 0.0, methods, solved, steps)
 
 
@@ -181,6 +188,7 @@ def _solve_large_zone(
     zone: int,
     start: Multipliers | None,
     answers: _Answers,
+    deadline: Deadline,
 ) -> None:
     """Solve one zone on its own and write its part of the answers."""
     own = slice(*system.impact_offsets[zone : zone + 2])
@@ -201,6 +209,7 @@ def _solve_large_zone(
         # z is sqrt(m) times a displacement, so a heavy vertex that moves as far as a light one has
         # a z that is larger by the root of the ratio of their masses.
         FARTHEST * math.sqrt(float(masses.max()) / float(masses.min())),
+        deadline,
     )
     multipliers = solution.multipliers
     answers.multipliers[own], answers.steps[zone] = multipliers, solution.steps

@@ -10,6 +10,7 @@ import numba
 import numpy as np
 
 from izo_ref.base.arrays import AnyInts, Flags, Floats, Indices, Ints, Offsets
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.ranges import ranges
 from izo_ref.solvers.cpu import sparse as kernels
 from izo_ref.solvers.serial import elimination
@@ -31,11 +32,16 @@ class SparseCholesky:
             and (j, i) stands for both. Every (i, i) has to be there.
         n_blocks: Rows of the matrix, in blocks.
         size: Rows of a block.
+        deadline: When factorisations have to end.
     """
 
-    def __init__(self, entries: AnyInts, n_blocks: int, size: int) -> None:
+    def __init__(
+        self, entries: AnyInts, n_blocks: int, size: int, deadline: Deadline = UNLIMITED
+    ) -> None:
         """Choose the order of elimination and lay out the factor."""
+        self._deadline = deadline
         self._order = self._whole_order = _order_of(entries, n_blocks)
+        deadline.check()
         rows, columns = _places(self._order)[entries.T]
         pattern = np.column_stack((np.minimum(rows, columns), np.maximum(rows, columns)))
         self._supernodes = _supernodes_of(pattern, n_blocks)
@@ -76,11 +82,16 @@ class SparseCholesky:
         Args:
             values: (n_entries, size, size) f8, or (n_entries,) f8 for blocks of size 1.
             smallest: Pivots of this or less are left out; the solution is 0 there.
+
+        Raises:
+            OutOfTimeError: The deadline has passed.
         """
         blocks = values.reshape(len(values), self._fronts.size, self._fronts.size)
         shape = self._fronts, self._division.starts, self._division.runs
+        stop = self._deadline.stop
         for runs in self._first_runs, self._last_run:
-            kernels.factorize(runs, *shape, blocks, smallest, self._kept, self._factor)
+            kernels.factorize(runs, *shape, blocks, smallest, stop, self._kept, self._factor)
+        self._deadline.check()
 
     def solve(self, right: Floats) -> Floats:
         """Return the solution for one right-hand side, both (n_blocks * size,) f8."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.options import Options
 from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.scaled_constraints import ScaledConstraints, SystemSolution
@@ -9,7 +10,11 @@ from izo_ref.zones.system import ZoneSystem
 
 
 def sweep(
-    system: ZoneSystem, options: Options, constraints: ScaledConstraints, trace: bool = False
+    system: ZoneSystem,
+    options: Options,
+    constraints: ScaledConstraints,
+    trace: bool = False,
+    deadline: Deadline = UNLIMITED,
 ) -> SystemSolution:
     """Solve every zone by sweeps over its multipliers, in the precision of the options.
 
@@ -18,6 +23,7 @@ def sweep(
         options: The method, `pgs` or `apgs`, and the tolerances.
         constraints: The constraints of the system in scaled variables.
         trace: Whether to record the objective and the violation of the first zone.
+        deadline: When the sweeps have to end.
     """
     n_unpinned, n_zones = system.vertex_offsets[-1], len(system.impact_offsets) - 1
     begin, per_impact = system.impact_offsets[:-1], np.diff(system.impact_offsets)
@@ -43,11 +49,13 @@ def sweep(
         options.max_steps,
         options.gap_tolerance,
         options.violation_tolerance * system.thickness,
+        deadline.stop,
         multipliers,
         z.ravel(),
         steps,
         traces,
     )
+    deadline.check()
     displacements = np.zeros_like(system.proposed)
     per_vertex = np.diff(system.vertex_offsets)
     scale = np.repeat(largest, per_vertex) / np.sqrt(system.masses[:n_unpinned])

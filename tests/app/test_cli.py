@@ -10,7 +10,7 @@ import pytest
 from izo_ref.app.cli import main
 from izo_ref.app.files import load_result, save_scene
 from tests.helpers.seams import seams
-from tests.helpers.shapes import pinched_sheet, vertex_over_face
+from tests.helpers.shapes import pinched_sheet, two_sheets, vertex_over_face
 
 
 @pytest.fixture
@@ -40,6 +40,20 @@ def test_resolve_writes_positions_and_report(step, tmp_path, capsys):
     assert load_result(out).positions.shape == (6, 3)
     assert run("certify", step, "--positions", out) == 0
     assert run("certify", step) == 1
+
+
+def test_a_time_limit_that_strikes_is_named_in_the_output_and_in_the_report(tmp_path, capsys):
+    save_scene(tmp_path / "step.npz", two_sheets(np.random.default_rng(5), 12))
+    out, report = tmp_path / "out.npz", tmp_path / "report.json"
+    limit = "--max-seconds", "1e-9"
+    assert run("resolve", tmp_path / "step.npz", "-o", out, *limit, "--json", report) == 0
+    said, content = capsys.readouterr().out.splitlines(), json.loads(report.read_text())
+    assert said[0].startswith("FREE_BY_FALLBACK")
+    assert said[1].startswith("The time limit of 1e-09 s ended the first detection")
+    assert content["reason"] == said[1]
+    assert content["options"]["max_seconds"] == 1e-9
+    assert content["certificate"]["finished"] is True
+    assert run("certify", tmp_path / "step.npz", "--positions", out) == 0
 
 
 def test_detect_lists_pairs_and_exits_with_one(step, tmp_path, capsys):
@@ -81,6 +95,7 @@ def test_a_blocked_step_exits_with_one_and_says_when_pairs_meet(tmp_path, capsys
         ["plan", "STEP", "--json", "STEP"],
         ["certify", "STEP", "--json", "STEP"],
         ["resolve", "STEP", "-o", "OUT", "--relinearize", "-1"],
+        ["resolve", "STEP", "-o", "OUT", "--max-seconds", "0"],
     ],
 )
 def test_bad_input_exits_with_two_and_writes_nothing(step, tmp_path, capsys, arguments):
@@ -96,6 +111,8 @@ def test_bad_input_exits_with_two_and_writes_nothing(step, tmp_path, capsys, arg
 def test_messages_name_the_flags_of_the_command(step, tmp_path, capsys):
     assert run("resolve", step, "-o", tmp_path / "out.npz", "--thickness", "-1") == 2
     assert "--thickness: expected" in capsys.readouterr().err
+    assert run("resolve", step, "-o", tmp_path / "out.npz", "--max-seconds", "-2") == 2
+    assert "--max-seconds: expected None or a finite number > 0" in capsys.readouterr().err
     crossing = tmp_path / "crossing.npz"
     start = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [0.3, 0.2, 1]]
     np.savez(crossing, positions_t0=start, positions_t1=start, faces=[[0, 1, 2], [3, 4, 5]])

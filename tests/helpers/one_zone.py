@@ -53,6 +53,7 @@ def one_zone(problem, kappa, x, multipliers, memory=100, dtype=float):
         np.zeros(memory * len(moved), dtype),
         np.zeros(9),
         ALONE,
+        np.zeros(1, bool),
     )
     return zone, rows
 

@@ -95,7 +95,8 @@ def test_the_active_set_ends_at_one_answer_from_any_guess(rng, n):
         u, z = guess.copy(), np.full((len(system.proposed), 3), np.nan)
         numbers, indices = work_of_active_set(n, len(z))
         scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
-        status, steps = active_set(0, n, 0, len(z), *data, *scratch, u, z.ravel())
+        never = np.zeros(1, bool)
+        status, steps = active_set(0, n, 0, len(z), *data, never, *scratch, u, z.ravel())
         assert status == SOLVED
         assert (u >= 0.0).all()
         assert steps >= np.count_nonzero(u) - np.count_nonzero(guess)

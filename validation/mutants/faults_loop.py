@@ -62,7 +62,7 @@ LOOPS = [
     Fault(
         "free-proposal-moved",
         "izo_ref/loop/iterate.py",
-        "        return certify_path(scene, end).free\n",
+        "        return certify_in_time(scene, end, frozenset(RULES), \"cpu\", deadline).free\n",
         "        return False\n",
         "A proposal that is free is moved where detection cannot prove it apart.",
         ("tests/loop/test_proposal.py",),
@@ -72,7 +72,7 @@ LOOPS = [
     Fault(
         "doubtful-proposal-taken",
         "izo_ref/loop/iterate.py",
-        "        if meets.any() or _one_meets(sample, scene):\n",
+        "        if meets.any() or _one_meets(sample, scene, deadline):\n",
         "        if meets.any():\n",
         "A proposal is certified in full wherever floats cannot tell whether some impacts meet.",
         ("tests/loop/test_proposal.py",),
@@ -114,9 +114,9 @@ LOOPS = [
     ),
     Fault(
         "relinearisation-accepts-an-increase",
-        "izo_ref/loop/resolve.py",
-        "        if not loop.run(number, limit=best):\n",
-        "        if not loop.run(number):\n",
+        "izo_ref/loop/rounds.py",
+        "            better = loop.run(number, limit=best)\n",
+        "            better = loop.run(number)\n",
         "A round of new normals is kept although it ends farther from the proposed positions.",
         (RESOLVE,),
         flag="relinearize",
@@ -124,7 +124,7 @@ LOOPS = [
     ),
     Fault(
         "relinearisation-has-no-budget",
-        "izo_ref/loop/resolve.py",
+        "izo_ref/loop/rounds.py",
         "        if _work(loop.history[n_main:]) > budget:\n",
         "        if _work(loop.history[n_main:]) < 0:\n",
         "Rounds of new normals may take any multiple of the time of the main loop.",

@@ -1,6 +1,6 @@
 """The sparse matrices of a large zone: values, factors and solutions."""
 
-from izo_ref.base.arrays import Floats, Ints, Normals, Offsets
+from izo_ref.base.arrays import Flags, Floats, Ints, Normals, Offsets
 from izo_ref.base.compile import cpu_kernel, light_kernel
 from izo_ref.solvers.serial.fronts import Fronts, eliminate, solve_downwards, solve_upwards
 
@@ -40,6 +40,7 @@ def factorize(
     runs: Ints,  # (n_fronts,) i4, fronts of one thread each; the last run waits for the others
     values: Floats,  # (n_values, size, size) f8
     smallest: float,  # f8, pivots of this or less are left out
+    stop: Flags,  # (1,) b1, leave the rest out once it is set
     # Out:
     kept_out: Floats,  # (fronts.n_kept,) f8
     factor_out: Floats,  # (fronts.factor_starts[-1],) f8
@@ -47,7 +48,7 @@ def factorize(
     """Factor the fronts of some runs."""
     for run in range(begin, end):
         chosen = runs[run_starts[run] : run_starts[run + 1]]
-        eliminate(fronts, chosen, values, smallest, kept_out, factor_out)
+        eliminate(fronts, chosen, values, smallest, stop, kept_out, factor_out)
 
 
 @cpu_kernel

@@ -119,6 +119,7 @@ def solve_sweeps(
     max_sweeps: int,  # i8
     gap_tolerance: float,  # f8, relative
     violation_tolerance: float,  # f8  [m]
+    stop: Flags,  # (1,) b1, no further sweep begins once it is set
     # Out:
     multipliers_out: AnyFloats,  # (n_impacts,) f8 or f4, of unit rows; the start on entry
     z_out: AnyFloats,  # (3 n_unknowns,) f8 or f4
@@ -141,6 +142,7 @@ def solve_sweeps(
             max_sweeps,
             gap_tolerance,
             violation_tolerance,
+            stop,
             multipliers_out,
             z_out,
             trace_out[zone],

@@ -22,7 +22,7 @@ quadratic programs (1983), section 3.
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, Floats, Ints, Normals
+from izo_ref.base.arrays import AnyInt, Flags, Floats, Ints, Normals
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.views import matrix_of
 from izo_ref.solvers.serial.active_basis import (
@@ -67,6 +67,7 @@ def active_set(
     all_coefficients: Floats,
     all_normals: Normals,
     rhs: Floats,
+    stop: Flags,
     numbers: Floats,
     indices: Ints,
     multipliers_out: Floats,
@@ -83,6 +84,7 @@ def active_set(
         all_coefficients: (n_impacts, 4) f8; with the normals, constraints of unit length.
         all_normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8, s.
+        stop: (1,) b1; no further step begins once it is set.
         numbers: f8, work space; `work_of_active_set` says how much.
         indices: i4, work space; `work_of_active_set` says how much.
         multipliers_out: (n_impacts,) f8, u; begin..end are written. On entry, positive ones are a
@@ -127,7 +129,7 @@ def active_set(
         added = False
         while not added:
             steps += 1
-            if steps > max_steps:
+            if steps > max_steps or stop[0]:
                 return NOT_CONVERGED, steps
             distance = project(p, first, nodes, coefficients, normals, basis, q, r, rest)
             for k in range(q):

@@ -13,7 +13,7 @@ Source: N. J. Higham, Accuracy and Stability of Numerical Algorithms (2002), cha
 
 import math
 
-from izo_ref.base.arrays import AnyInt, Floats
+from izo_ref.base.arrays import AnyInt, Flags, Floats
 from izo_ref.base.compile import compiled
 
 # Up to this many rows, sums down the columns are faster than loops made for vectors: 0.2 us against
@@ -56,16 +56,40 @@ def partial_cholesky(a: Floats, n: AnyInt, n_pivots: AnyInt, smallest: float, wo
         return
     in_panel = PANEL if n >= LARGE else WIDTH
     for begin in range(0, n_pivots, in_panel):
-        end = min(begin + in_panel, n_pivots)
+        _factor_panel(a, begin, min(begin + in_panel, n_pivots), n, smallest, work)
+
+
+@compiled
+def stoppable_cholesky(
+    a: Floats, n: AnyInt, n_pivots: AnyInt, smallest: float, work: Floats, stop: Flags
+) -> None:
+    """Do what `partial_cholesky` does, but return at the next panel once `stop[0]` is set.
+
+    A panel of a matrix of 10,000 rows takes 0.1 s. What is in `a` after a stop is of no use.
+    """
+    if n < LARGE:
+        partial_cholesky(a, n, n_pivots, smallest, work)
+        return
+    for begin in range(0, n_pivots, PANEL):
+        if stop[0]:
+            return
+        _factor_panel(a, begin, min(begin + PANEL, n_pivots), n, smallest, work)
+
+
+@compiled
+def _factor_panel(
+    a: Floats, begin: AnyInt, end: AnyInt, n: AnyInt, smallest: float, work: Floats
+) -> None:
+    """Factor the rows begin..end, at most PANEL, and update all rows behind them."""
+    for k in range(begin, end, WIDTH):
+        last = min(k + WIDTH, end)
+        _factor_rows(a, k, last, n, smallest)
+        _update_rows(a, k, last, last, end, n)
+    if end - begin == PANEL:
+        _update_tiles(a, begin, n, work)
+    else:
         for k in range(begin, end, WIDTH):
-            last = min(k + WIDTH, end)
-            _factor_rows(a, k, last, n, smallest)
-            _update_rows(a, k, last, last, end, n)
-        if end - begin == PANEL:
-            _update_tiles(a, begin, n, work)
-        else:
-            for k in range(begin, end, WIDTH):
-                _update_rows(a, k, min(k + WIDTH, end), end, n, n)
+            _update_rows(a, k, min(k + WIDTH, end), end, n, n)
 
 
 @compiled

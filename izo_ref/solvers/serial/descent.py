@@ -227,7 +227,7 @@ def minimise(
         measures = evaluate(zone, state[MU])
         if not judged:
             record_trace(zone, measures, unit, iteration, trace_out)
-            if iteration >= settings.max_steps:
+            if iteration >= settings.max_steps or zone.stop[0]:
                 break
             if is_over(zone, settings, measures, largest_start, iteration):
                 break
@@ -312,6 +312,7 @@ def minimise_zone(
         work_out.memory[first:end],
         state,
         group,
+        work_out.stop,
     )
     steps, gap, violation_m = minimise(
         zone,

@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, Floats, Indices, Ints, Offsets
+from izo_ref.base.arrays import AnyInt, Flags, Floats, Indices, Ints, Offsets
 from izo_ref.base.compile import compiled
-from izo_ref.solvers.serial.dense import copy, partial_cholesky, work_of_cholesky
+from izo_ref.solvers.serial.dense import copy, stoppable_cholesky, work_of_cholesky
 
 
 class Fronts(NamedTuple):
@@ -112,6 +112,7 @@ def eliminate(
     chosen: Ints,
     values: Floats,
     smallest: float,
+    stop: Flags,
     kept_out: Floats,
     factor_out: Floats,
 ) -> None:
@@ -124,6 +125,7 @@ def eliminate(
         values: (n_values, size, size) f8, blocks of the upper triangle. Blocks off the diagonal
             are taken for symmetric, so that it does not matter on which side they are.
         smallest: Pivots of this or less are left out, see `partial_cholesky`.
+        stop: (1,) b1; once it is set, the rest is left out, and nothing in the outputs is valid.
         kept_out: (n_kept,) f8, the rests for fronts that are not among the chosen ones.
         factor_out: (factor_starts[-1],) f8, the rows of the pivots of each front.
     """
@@ -133,6 +135,8 @@ def eliminate(
     ends = np.empty(fronts.largest, np.int64)
     tiles = np.empty(work_of_cholesky(fronts.largest))
     for c in range(chosen.shape[0]):
+        if stop[0]:
+            return
         s: AnyInt = chosen[c]
         pivots = b * (fronts.firsts[s + 1] - fronts.firsts[s])
         n = pivots + b * (fronts.starts[s + 1] - fronts.starts[s])
@@ -140,7 +144,7 @@ def eliminate(
         work[: n * n] = 0.0
         _add_entries(fronts, values, fronts.entry_starts[s], fronts.entry_starts[s + 1], front)
         top = _take_rests(fronts, s, top, stack, kept_out, ends, front)
-        partial_cholesky(front, n, pivots, smallest, tiles)
+        stoppable_cholesky(front, n, pivots, smallest, tiles, stop)
         at = fronts.factor_starts[s]
         copy(work[: pivots * n], factor_out[at : at + pivots * n])
         left = n - pivots

@@ -27,7 +27,7 @@ Eq. 9 is taken as it is meant, with the slack eliminated (clamped).
 
 from typing import NamedTuple
 
-from izo_ref.base.arrays import AnyFloat, AnyFloats, AnyInts, Floats
+from izo_ref.base.arrays import AnyFloat, AnyFloats, AnyInts, Flags, Floats
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_maxima, group_sum, group_sums
 
@@ -64,6 +64,7 @@ class Zone(NamedTuple):
     memory: AnyFloats  # flat, vectors of lbfgs or of newton
     state: Floats  # (9,) f8, numbers that the loop and the directions keep, one array per thread
     group: ThreadGroup
+    stop: Flags  # (1,) b1, no further step begins once it is set
 
 
 class Measures(NamedTuple):

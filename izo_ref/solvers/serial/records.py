@@ -6,7 +6,7 @@ same type in one call, which is the precision of the options.
 
 from typing import NamedTuple
 
-from izo_ref.base.arrays import AnyFloats, AnyInts, Floats, Indices, Ints, Offsets
+from izo_ref.base.arrays import AnyFloats, AnyInts, Flags, Floats, Indices, Ints, Offsets
 
 
 class Inputs(NamedTuple):
@@ -49,3 +49,4 @@ class WorkSpace(NamedTuple):
     impacts: AnyFloats  # (3, n_impacts) f8 or f4
     memory: AnyFloats  # (n_memory,) f8 or f4, what the directions keep
     states: Floats  # (n, n_threads, 9) f8, the numbers of each thread of a zone
+    stop: Flags  # (1,) b1, no further step begins once it is set; the threads of a GPU never set it

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, Codes, Floats, Indices, Ints, Normals, Offsets
+from izo_ref.base.arrays import AnyInt, Codes, Flags, Floats, Indices, Ints, Normals, Offsets
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
 from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
@@ -35,6 +35,7 @@ class Limits(NamedTuple):
     gap: float  # largest relative duality gap
     violation: float  # [m], largest violation
     farthest: float  # largest |z| over the largest rhs; an answer farther off is useless
+    stop: Flags  # (1,) b1, zones are left unsolved once it is set
 
 
 @compiled
@@ -150,6 +151,7 @@ def solve_small_zone(
             coefficients,
             normals,
             rhs,
+            limits.stop,
             numbers,
             indices,
             multipliers_out,

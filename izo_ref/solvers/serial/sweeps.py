@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyFloats, AnyInt, Floats, Ints
+from izo_ref.base.arrays import AnyFloats, AnyInt, Flags, Floats, Ints
 from izo_ref.base.compile import compiled
 from izo_ref.solvers.serial.constraints import add_constraint, constraint_dot, pull, residuals
 
@@ -62,6 +62,7 @@ def sweeps(
     max_sweeps: int,
     gap_tolerance: float,
     violation_tolerance: float,
+    stop: Flags,
     multipliers_out: AnyFloats,
     z_out: AnyFloats,
     trace_out: Floats,
@@ -84,6 +85,7 @@ def sweeps(
         max_sweeps: Largest number of sweeps.
         gap_tolerance: Relative duality gap to reach.
         violation_tolerance: [m], violation to reach.
+        stop: (1,) b1; no further sweep begins once it is set.
         multipliers_out: (n_impacts,) f8 or f4, u; begin..end are written. On entry, the
             multipliers to begin with.
         z_out: (3 n_unknowns,) f8 or f4; the coordinates of first..last are written.
@@ -108,6 +110,8 @@ def sweeps(
         diagonal[j] *= length_sq
     momentum, lowest = 1.0, np.inf
     for number in range(max_sweeps):
+        if stop[0]:
+            return number
         if accelerated:
             following = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum * momentum))
             beyond = (momentum - 1.0) / following

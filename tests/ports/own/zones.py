@@ -83,6 +83,7 @@ def own_zone(problem: ZoneProblem, inputs: dict[str, Any], dtype: str) -> OwnZon
         np.zeros(0, kind),
         np.zeros(9),
         ALONE,
+        np.zeros(1, bool),
     )
     renew_constraints(zone)
     return OwnZone(zone, unpinned, len(problem.masses))

@@ -65,7 +65,7 @@ def newton_direction(zone: Zone, penalty: float, tolerance: float, limit: AnyInt
     norm = group_sum(group, norm)
     goal = tolerance * tolerance * norm
     for product in range(limit):
-        if not norm > goal:
+        if not norm > goal or zone.stop[0]:
             return product
         multiply_by_hessian(zone, mu, n, 2 * n)
         curvature = 0.0
