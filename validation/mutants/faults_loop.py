@@ -62,7 +62,7 @@ LOOPS = [
     Fault(
         "free-proposal-moved",
         "izo_ref/loop/iterate.py",
-        "        return certify_in_time(scene, end, frozenset(RULES), \"cpu\", deadline).free\n",
+        '        return certify_in_time(scene, end, frozenset(RULES), "cpu", deadline).free\n',
         "        return False\n",
         "A proposal that is free is moved where detection cannot prove it apart.",
         ("tests/loop/test_proposal.py",),
