@@ -166,10 +166,12 @@ class Options:
         value = self.max_seconds
         if value is None:
             return
-        is_number = isinstance(value, NUMBERS) and not isinstance(value, bool)
-        if not (is_number and 0.0 < value < float("inf")):
-            raise OptionError(f"max_seconds: expected None or a finite number > 0, got {value!r}")
-        object.__setattr__(self, "max_seconds", float(value))  # the class is frozen
+        number = real_number(value) if isinstance(value, NUMBERS) else None
+        if number is None or not 0.0 < number < float("inf"):
+            raise OptionError(
+                f"max_seconds: expected None or a finite number > 0, got {shown(value)}"
+            )
+        object.__setattr__(self, "max_seconds", number)  # the class is frozen
 
     def _check_plan(self) -> None:
         if isinstance(self.plan, str) and self.plan in ("needed", "everything"):

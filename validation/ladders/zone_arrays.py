@@ -86,6 +86,7 @@ def zone_arrays(problem: ZoneProblem, inputs: Mapping[str, Any], kind: type[Any]
         memory=np.zeros(0, kind),
         state=np.zeros(N_STATES),
         group=ALONE,
+        stop=np.zeros(1, bool),
     )
     renew_constraints(zone)
     return ZoneArrays(zone, unpinned, len(problem.masses))
