@@ -38,7 +38,7 @@ def certified_end(scene: Any, result: Any) -> Positions:
             f"{len(scene.positions_t0)} and {len(scene.faces)}. Call `after` of the scene that was "
             "resolved, or make a new Scene, which checks its start in full."
         )
-    if not certificate.finished:
+    if not getattr(certificate, "finished", True):
         raise UncertifiedStartError(
             "result: expected a path that is certified free, but the time limit ended its "
             "certificate. Resolve the step again with a larger limit, or a smaller step."
