@@ -34,7 +34,10 @@ if TYPE_CHECKING:
 PASSED, FAILED, BAD_INPUT, PASSED_EXCEPT_EXCLUDED = 0, 1, 2, 3
 REPORTS = Path("reports")
 # Parts of the study of stability, which the help names without loading them.
-STABILITY = ("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry", "bounds")
+STABILITY = (
+    *("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry"),
+    *("random-steps", "input", "time", "bounds"),
+)
 PAGES_ONLY = "measure nothing; write the pages from the rows"
 
 

@@ -50,7 +50,7 @@ def certified_end(scene: Any, result: Any) -> Positions:
             "Resolve a smaller step, or change the motion of the pinned vertices, and go on from "
             "there."
         )
-    if not np.array_equal(getattr(result, "positions", None), certificate.positions):
+    if not np.array_equal(getattr(result, "positions", ()), certificate.positions):
         raise UncertifiedStartError(
             "result.positions: expected the positions that were certified, found others. Copy them "
             "before you change them, or pass them to a new Scene, which checks its start in full."

@@ -188,7 +188,7 @@ LOOPS = [
     Fault(
         "changed-end-is-a-start",
         "izo_ref/base/certified.py",
-        '    if not np.array_equal(getattr(result, "positions", None), certificate.positions):\n',
+        '    if not np.array_equal(getattr(result, "positions", ()), certificate.positions):\n',
         "    if np.shape(result.positions) != certificate.positions.shape:\n",
         "The next step starts where the last one ended, although the caller's end is another.",
         (NEXT_STEP,),

@@ -110,7 +110,28 @@ def bound_rows(folder: Path, say: Say) -> None:
         say(f"bounds: {bound.name}: {found.ratio:.3g} of the bound")
 
 
+def _random_step_rows(folder: Path, say: Say) -> None:
+    from validation.study.random_steps import random_steps
+
+    random_steps(folder, say)
+
+
+def _input_rows(folder: Path, say: Say) -> None:
+    from validation.study.fuzz import measure
+
+    measure(folder, say)
+
+
+def _time_rows(folder: Path, say: Say) -> None:
+    from validation.study import stability_time
+
+    stability_time.rows(folder, say)
+
+
 PARTS: dict[str, Part] = {
     **{family: partial(ladder_rows, family) for family in FAMILIES},
+    "random-steps": _random_step_rows,
+    "input": _input_rows,
+    "time": _time_rows,
     "bounds": bound_rows,
 }
