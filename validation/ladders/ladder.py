@@ -9,9 +9,10 @@ Rung: TypeAlias = float | str
 # Verdicts on an answer, from good to bad.
 RIGHT = "right"  # the answer agrees with what is known, as closely as the ladder asks for
 SAYS_SO = "says so"  # not reached, and the status or the error says it
+ANOTHER = "another"  # free as the status says, but farther off than other forms of the same step
 NO_ANSWER = "no answer"  # not reached within the limits of time and memory
 WRONG = "wrong"  # wrong without saying so, or an exception that is no message to the user
-VERDICTS = (RIGHT, SAYS_SO, NO_ANSWER, WRONG)
+VERDICTS = (RIGHT, SAYS_SO, ANOTHER, NO_ANSWER, WRONG)
 OWN = "izo_ref"
 
 

@@ -15,7 +15,16 @@ from typing import TypeAlias
 import numpy as np
 
 from validation.ladders import symmetry_of_pairs, symmetry_of_zones
-from validation.ladders.ladder import RIGHT, SAYS_SO, WRONG, Ladder, Outcome, Rung
+from validation.ladders.ladder import (
+    ANOTHER,
+    RIGHT,
+    SAYS_SO,
+    VERDICTS,
+    WRONG,
+    Ladder,
+    Outcome,
+    Rung,
+)
 from validation.ladders.twins import Compared, Symmetry, by_twin, resolved
 from validation.ladders.twins_rounded import ROUNDED, beside, turned
 from validation.ladders.twins_same_bits import SAME_BITS
@@ -92,19 +101,25 @@ def same_bits(found: Sequence[Compared]) -> str:
 
 
 def same_up_to_rounding(found: Sequence[Compared]) -> str:
-    """Judge: positions are equal within LIGHT_TOLERANCE; another status says that they are not."""
+    """Judge: positions are equal within LIGHT_TOLERANCE; another status says that they are not.
+
+    No page promises equal positions: both answers are certified, and the path to them may branch.
+    """
     far = [one for one in found if one.deviation > LIGHT_TOLERANCE]
     if all(one.statuses[0] == one.statuses[1] for one in found) and not far:
         return RIGHT
-    return SAYS_SO if all(one.statuses[1] != "FREE" for one in far) else WRONG
+    return SAYS_SO if all(one.statuses[1] != "FREE" for one in far) else ANOTHER
 
 
 def as_good(found: Sequence[Compared]) -> str:
-    """Judge: the objectives are equal within OBJECTIVE_TOLERANCE, or a status is not FREE."""
+    """Judge: the objectives are equal within OBJECTIVE_TOLERANCE, or a status is not FREE.
+
+    No page promises equal objectives, so FREE is not wrong where they differ.
+    """
     worse = [one for one in found if abs(one.objective) > OBJECTIVE_TOLERANCE]
     if all(one.statuses == ("FREE", "FREE") for one in found) and not worse:
         return RIGHT
-    return SAYS_SO if all(one.statuses != ("FREE", "FREE") for one in worse) else WRONG
+    return SAYS_SO if all(one.statuses != ("FREE", "FREE") for one in worse) else ANOTHER
 
 
 Run: TypeAlias = Callable[[Rung], list[Outcome]]
@@ -129,7 +144,7 @@ def _sample(rung: Rung) -> list[Outcome]:
     def verdict(found: Sequence[Compared]) -> str:
         light = [one for number, one in enumerate(found) if number % 6 != 5]
         verdicts = same_up_to_rounding(light), as_good(found)
-        return max(verdicts, key=(RIGHT, SAYS_SO, WRONG).index)
+        return max(verdicts, key=VERDICTS.index)
 
     return _kinds("sample", ROUNDED, verdict, "regular steps count by objective alone")(rung)
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from izo_ref.app.files import replacing
 from validation.ladders.ladder import RIGHT, SAYS_SO, VERDICTS, WRONG
+from validation.report import stability_parts
 from validation.report.catalogue import Headline
 from validation.report.stability_map import map_svg
 from validation.report.stability_rows import (
@@ -23,7 +24,9 @@ INTRO = (
     "from mild to absurd, and the answer of each rung is known without our solver: from a formula, "
     "from exact arithmetic, or from a symmetry. A rung is **right** if the answer agrees with what "
     "is known. It is **not reached, and the program says so**, if the status or an error says that "
-    "the answer is not what was asked for. A path that the program calls free is checked anew by "
+    "the answer is not what was asked for. It is **another answer** if it is certified free, as "
+    "the status says, but is not what the same step in another form, or beside another one, gives; "
+    "no page promises that. A path that the program calls free is checked anew by "
     "exact arithmetic. Measured by `python -m validation study stability`."
 )
 BORDERS: Columns = {
@@ -82,12 +85,13 @@ def page(rows_folder: Path, output: Path) -> Path:
     """
     found = all_measured(rows_folder)
     rows = [{"run": run} for part in found.values() for m in part for run in m.runs]
-    rows += read(rows_folder, "bounds")
+    rows += [*read(rows_folder, "bounds"), *stability_parts.other_rows(rows_folder)]
     sections = ["# Stability: how far the method holds", INTRO, _summary(found)]
     sections.append(run_table(runs_of(rows_folder, rows)))
     for family in FAMILIES:
         sections += [f"## {TITLES[family]}", *_family(family, found.get(family, []), output)]
     sections += ["## Other solvers on the same rungs", _others(found)]
+    sections += stability_parts.sections(rows_folder)
     bounds = read(rows_folder, "bounds")
     sections.append(section("Derived bounds of rounding", BOUNDS_INTRO, BOUNDS, bounds))
     return write_page(output / "README.md", sections)
@@ -100,13 +104,20 @@ def headlines(rows_folder: Path) -> list[Headline]:
         return []
     right = sum(m.count(RIGHT) for part in found.values() for m in part)
     says = sum(m.count(SAYS_SO) for part in found.values() for m in part)
+    steps = stability_parts.random_steps_total(rows_folder)
     return [
         Headline(
             "Stiff and extreme cases that are wrong without saying so",
             f"{silent(found)} of {cells(found):,}",
             f"{right:,} are right, {says:,} say that they are not, and {without_answer(found)} "
             "had no answer within the limits of time and memory.",
-        )
+        ),
+        Headline(
+            "False claims on small random steps full of trouble",
+            f"{steps['violations']} of {steps['steps']:,}",
+            f"{steps['by_oracle']:,} of them were also judged pair by pair by a second exact "
+            f"oracle; {steps['crashed']} ended the process, {steps['slow']} were too slow.",
+        ),
     ]
 
 

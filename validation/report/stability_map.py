@@ -4,13 +4,14 @@ import html
 import textwrap
 from collections.abc import Sequence
 
-from validation.ladders.ladder import NO_ANSWER, RIGHT, SAYS_SO, WRONG
+from validation.ladders.ladder import ANOTHER, NO_ANSWER, RIGHT, SAYS_SO, WRONG
 from validation.report.stability_rows import Measured
 
 # Color and sign of each verdict. The colors differ in lightness, and the signs without color.
 LOOK = {
     RIGHT: ("#bfe3c6", ""),
     SAYS_SO: ("#f6d58a", "!"),
+    ANOTHER: ("#c9b8e8", "≠"),
     NO_ANSWER: ("#9aa3ad", "…"),
     WRONG: ("#b3261e", "×"),
 }
@@ -114,8 +115,9 @@ def _legend(y: float) -> list[str]:
     words = {
         RIGHT: "right",
         SAYS_SO: "not reached, and it says so",
-        NO_ANSWER: "no answer within the limits",
-        WRONG: "wrong without saying so",
+        ANOTHER: "free, but another answer",
+        NO_ANSWER: "no answer",
+        WRONG: "wrong, not said",
     }
     for verdict, text in words.items():
         parts += _cell(x, y, 24, 18, verdict, [""])

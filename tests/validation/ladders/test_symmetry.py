@@ -11,7 +11,7 @@ from validation.ladders import (
     twins_rounded,
     twins_same_bits,
 )
-from validation.ladders.ladder import RIGHT, SAYS_SO, WRONG
+from validation.ladders.ladder import ANOTHER, RIGHT, SAYS_SO, WRONG
 from validation.ladders.twins import Compared
 from validation.oracles.pairs import meeting_pairs
 from validation.oracles.path import first_meeting
@@ -100,11 +100,11 @@ def test_judges_tell_equal_bits_rounding_and_worse_answers():
     assert symmetry.same_bits([same, near]) == WRONG
     assert symmetry.same_bits([compared(statuses=("FREE", "BLOCKED"))]) == WRONG
     assert symmetry.same_up_to_rounding([same, near]) == RIGHT
-    assert symmetry.same_up_to_rounding([same, far]) == WRONG
+    assert symmetry.same_up_to_rounding([same, far]) == ANOTHER
     assert symmetry.same_up_to_rounding([same, given_up]) == SAYS_SO
     assert symmetry.as_good([same, far]) == RIGHT
-    assert symmetry.as_good([same, worse]) == WRONG
-    assert symmetry.as_good([worse, given_up]) == WRONG
+    assert symmetry.as_good([same, worse]) == ANOTHER
+    assert symmetry.as_good([worse, given_up]) == ANOTHER
     assert symmetry.as_good([given_up]) == SAYS_SO
 
 
