@@ -22,6 +22,9 @@ from izo_ref.scene import Scene
 # the vertices in question, so there are few. The first leaves a layer between two walls room down
 # to an eighth of what its thickness needs; with the last one the thickness is nearly gone.
 FRACTIONS = (2.0**-2, 2.0**-8, 2.0**-16, 2.0**-32)
+# Largest number of iterations with each of them. All four together then do not take longer than
+# the main loop may take, which has failed before.
+MOST_ITERATIONS = 25
 
 
 def find_with_less_thickness(
@@ -52,6 +55,6 @@ def find_with_less_thickness(
     for fraction in FRACTIONS:
         detector = Detector.of_scene(scene, options.rules, deadline)
         own = CpuStep(scene, fraction * thickness, options, detector, deadline)
-        if Loop(own, options.max_iterations).run(0):
+        if Loop(own, min(options.max_iterations, MOST_ITERATIONS)).run(0):
             return own.positions
     return None
