@@ -1,6 +1,7 @@
 """The geometric numbering, in which results do not depend on the caller's numbering."""
 
 import numpy as np
+import pytest
 
 import izo_ref
 from izo_ref import Options
@@ -55,6 +56,25 @@ def test_impacts_at_equal_times_are_resolved_alike_in_any_numbering(rng):
         results.append(izo_ref.resolve(scene, 1e-3).positions[place])
     for other in results[1:]:
         np.testing.assert_allclose(other, results[0], rtol=0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("apart", ["at the start", "at the end"])
+def test_vertices_of_one_code_are_told_apart_by_where_they_are(rng, apart):
+    """Four sheets are closer to each other than a cell of the curve, or they end at one place."""
+    corners = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    one_place, layers = np.concatenate([corners] * 4), np.repeat(np.arange(4.0), 3)[:, None]
+    start, end = one_place + (0.0, 0.0, 1e-9) * layers, one_place + 2.0
+    if apart == "at the end":
+        start, end = one_place, one_place + (0.0, 0.5, 1.0) * layers
+    found = []
+    for _ in range(5):
+        order = rng.permutation(12)
+        faces = np.argsort(order)[np.arange(12).reshape(4, 3)]
+        scene = izo_ref.Scene(start[order], end[order], faces, initial_intersections="ratchet")
+        scene = renumber_scene(scene, geometric_order(scene))
+        found.append(np.hstack((scene.positions_t0, scene.positions_t1)))
+    for other in found[1:]:
+        np.testing.assert_array_equal(other, found[0])
 
 
 def test_impacts_come_in_the_callers_numbering(rng):

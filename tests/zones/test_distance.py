@@ -146,6 +146,22 @@ def bound_of(displacements, multipliers=None, **changes):
 STILL = np.zeros((4, 3))
 
 
+def test_slack_of_pushed_constraints_counts():
+    """Two constraints have one direction, and the weaker one is pushed as well.
+
+    The sum of the pushes is the displacement, so nothing is left of the first term of the bound.
+    All of the distance is in the slacks, which the pushes multiply.
+    """
+    weights = [[1.0, -1.0, 0.0, 0.0], [2.0, -2.0, 0.0, 0.0]]
+    masses = [1.0, np.inf, np.inf, np.inf]
+    two = {"nodes": [[0, 1, 2, 3]] * 2, "weights": weights, "normals": [[0.0, 0.0, 1.0]] * 2}
+    moved = STILL.copy()
+    moved[0, 2] = 1.25e-3  # thickness is 1e-3, so the two need 1e-3 and 0.5e-3
+    bound = bound_of(moved, [0.4e-3, 0.425e-3], masses=masses, **two)
+    # Its square is twice the sum of pushes times slacks: 0.4 * 0.25 + 0.85 * 0.75, in units of 1e-6.
+    assert bound == pytest.approx(math.sqrt(1.475) * 1e-3, rel=1e-6)
+
+
 def test_an_obstacle_that_was_moved_gives_no_bound():
     """Otherwise the bound would belong to another problem, without the obstacle in the way."""
     moved = STILL.copy()
