@@ -141,6 +141,8 @@ def _evidence(args: Namespace) -> int:
 def _mutants(args: Namespace) -> int:
     if args.vectors:
         return _mutants_by_vectors(args)
+    if args.random:
+        return _random_mutants(args)
     from validation.mutants.run import run_mutants
     from validation.report import mutants
 
@@ -191,6 +193,21 @@ def _mutants_by_vectors(args: Namespace) -> int:
             return PASSED if passed else FAILED
         json_rows.save(args.output / vectors.FILE, made, rows)
     print(vectors.page(args.output, args.output))
+    return PASSED if passed else FAILED
+
+
+def _random_mutants(args: Namespace) -> int:
+    from validation.mutants.random_run import run_random
+    from validation.report import random_mutants
+
+    path = args.rows or args.output / random_mutants.FILE
+    passed = True
+    if not args.pages_only:
+        made = made_by(f"{PROGRAM} mutants --random {args.random} --seed {args.seed}")
+        rows = run_random(args.random, args.seed, path, made)
+        passed = all(row["caught"] or row["reason"] for row in rows)
+    if args.rows is None:
+        print(random_mutants.page(args.output, args.output))
     return PASSED if passed else FAILED
 
 
@@ -314,6 +331,9 @@ def _parser() -> argparse.ArgumentParser:
     sub.add_argument("--rows", type=Path, metavar="F", help="write the rows so far to a JSON file")
     help_ = "run the vectors on our own port instead of the tests: vectors.md"
     sub.add_argument("--vectors", action="store_true", help=help_)
+    help_ = "draw N faults by operator instead, and try those that have no row: random_mutants.md"
+    sub.add_argument("--random", type=int, metavar="N", help=help_)
+    sub.add_argument("--seed", type=int, default=21, help="of the draw (default: %(default)s)")
     _add_report(sub)
     _add_shrink(commands)
     _add_studies(commands)

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +25,7 @@ from validation.mutants.faults import FAULTS
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_OUT = shutil.ignore_patterns(
-    ".git", ".venv", "build", "__pycache__", ".pytest_cache", ".ruff_cache", "*.egg-info"
+    ".git", ".venv", ".cache", "build", "__pycache__", ".pytest_cache", ".ruff_cache", "*.egg-info"
 )
 # This test compares the list with the sources, so it notices every fault, which proves nothing.
 LIST_TEST = "tests/validation/test_mutants.py"
@@ -141,12 +141,15 @@ class Bench:
         if self._warm.is_dir() and not COMPILED.match(fault.file):
             shutil.copytree(self._warm, self._cache_folder(), dirs_exist_ok=True)
 
-    def test(self, arguments: Sequence[str], limit_s: float) -> tuple[int | None, str, str]:
+    def test(
+        self, arguments: Sequence[str], limit_s: float, changes: Mapping[str, str] | None = None
+    ) -> tuple[int | None, str, str]:
         """Run tests in the copy.
 
         Args:
             arguments: Arguments of pytest; the whole suite if there are none.
             limit_s: Seconds after which the tests are stopped.
+            changes: Variables of the environment that are set besides.
 
         Returns:
             Exit code of pytest, None after a timeout; the first failure; the end of the output.
@@ -158,7 +161,7 @@ class Bench:
             process = subprocess.Popen(
                 command,
                 cwd=self.tree,
-                env=self._environment(),
+                env=self._environment() | (changes or {}),
                 stdout=out,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,

@@ -85,7 +85,7 @@ def run_vectors(
         bench = Bench(Path(folder), root)
         bench.restore()
         begin = time.perf_counter()
-        found = _finding(bench, limit_s)
+        found = vectors_find(bench, limit_s)
         if found != Finding((), (), (), ()):
             raise RuntimeError(f"mutants: without any fault, the vectors fail: {found}")
         print(f"without fault: conforms, {time.perf_counter() - begin:.0f} s", flush=True)
@@ -102,7 +102,7 @@ def _row(bench: Bench, fault: Fault, limit_s: float) -> dict[str, Any]:
     """Run the vectors with one fault and return its row."""
     begin = time.perf_counter()
     bench.apply(fault)
-    found = _finding(bench, limit_s)
+    found = vectors_find(bench, limit_s)
     return {
         "name": fault.name,
         "file": fault.file,
@@ -118,17 +118,23 @@ def _row(bench: Bench, fault: Fault, limit_s: float) -> dict[str, Any]:
     }
 
 
-def _finding(bench: Bench, limit_s: float) -> Finding:
-    """Run the vectors on the port in the copy, the slow stage only if no other one fails."""
+def vectors_find(bench: Bench, limit_s: float, compiled: str = "") -> Finding:
+    """Run the vectors on the port in the copy, the slow stage only if no other one fails.
+
+    Args:
+        bench: The copy, and the snapshot without any fault.
+        limit_s: Seconds for all vectors.
+        compiled: A folder for compiled code; in pure Python if it is empty.
+    """
     stages = sorted(path.stem for path in (bench.snapshot / VECTORS).glob("S*.json"))
     quick = [stage for stage in stages if stage != SLOW_STAGE]
-    found = _ask(bench, quick, limit_s)
+    found = _ask(bench, quick, limit_s, compiled)
     if SLOW_STAGE in stages and found == Finding((), (), (), ()):
-        return _ask(bench, [SLOW_STAGE], limit_s)
+        return _ask(bench, [SLOW_STAGE], limit_s, compiled)
     return found
 
 
-def _ask(bench: Bench, stages: Sequence[str], limit_s: float) -> Finding:
+def _ask(bench: Bench, stages: Sequence[str], limit_s: float, compiled: str) -> Finding:
     """Run the vectors of some stages on the port in the copy, with the harness of the snapshot.
 
     Raises:
@@ -139,7 +145,10 @@ def _ask(bench: Bench, stages: Sequence[str], limit_s: float) -> Finding:
     report.unlink(missing_ok=True)
     words = " ".join(shlex.quote(word) for word in (sys.executable, *PORT))
     tree = shlex.quote(str(bench.tree))
-    port.write_text(f"#!/bin/sh\ncd {tree} && PYTHONPATH={tree} exec {words}\n")
+    own = f"PYTHONPATH={tree}"
+    if compiled:
+        own += f" NUMBA_DISABLE_JIT=0 XDG_CACHE_HOME={shlex.quote(compiled)}"
+    port.write_text(f"#!/bin/sh\ncd {tree} && {own} exec {words}\n")
     port.chmod(0o755)
     command = [sys.executable, *HARNESS, "--exec", str(port), "--json", str(report)]
     command += ["--seconds", str(CASE_S)]
