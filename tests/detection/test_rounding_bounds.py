@@ -14,7 +14,7 @@ from izo_ref.detection.formulas import touching
 from izo_ref.detection.formulas.advance import GAP_ERROR, separated_until
 from izo_ref.detection.formulas.coplanar import COEFFICIENT_ERROR, bernstein_coefficients, split
 from izo_ref.detection.formulas.crossing import certain_sign
-from tests.helpers.rounding import U, Bounded, pure
+from tests.helpers.rounding import Bounded, U, pure
 
 TIMES = (0.0, 2.0**-30, 0.1, 0.25, 1 / 3, 0.5, 0.7, 1.0 - 2.0**-30, 1.0)
 

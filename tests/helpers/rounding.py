@@ -56,8 +56,8 @@ class Bounded:
         value = None if self.value is None or other.value is None else self.value * other.value
         error = self.error * other.size + other.error * self.size
         for one in (self, other):
-            if one.value is not None and one.value != 0.0 and math.frexp(one.value)[0] in (-0.5, 0.5):
-                return Bounded(self.size * other.size, error, self.notes, value)  # exact
+            if one.value is not None and abs(math.frexp(one.value)[0]) == 0.5:  # a power of two
+                return Bounded(self.size * other.size, error, self.notes, value)
         return self._rounded(self.size * other.size, error, value)
 
     def __truediv__(self, other):

@@ -158,7 +158,7 @@ def test_slack_of_pushed_constraints_counts():
     moved = STILL.copy()
     moved[0, 2] = 1.25e-3  # thickness is 1e-3, so the two need 1e-3 and 0.5e-3
     bound = bound_of(moved, [0.4e-3, 0.425e-3], masses=masses, **two)
-    # Its square is twice the sum of pushes times slacks: 0.4 * 0.25 + 0.85 * 0.75, in units of 1e-6.
+    # Its square is twice the sum of pushes times slacks, 2e-6 (0.4 * 0.25 + 0.85 * 0.75).
     assert bound == pytest.approx(math.sqrt(1.475) * 1e-3, rel=1e-6)
 
 

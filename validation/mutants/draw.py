@@ -7,6 +7,7 @@ the operators take turns, and the groups take turns by their shares.
 """
 
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -105,10 +106,8 @@ def group_of(file: str) -> str:
 
 
 def _fits(path: Path, pattern: str) -> bool:
-    """Return whether a path fits a pattern, in which ** stands for any number of folders."""
-    return path.match(pattern) or ("/**/" in pattern and path.match(pattern.replace("/**/", "/"))) or (
-        "/**/" in pattern and path.match(pattern.replace("/**/", "/*/*/"))
-    )
+    """Return whether a path fits a pattern, in which ** stands for up to two folders."""
+    return any(path.match(pattern.replace("/**/", inner)) for inner in ("/", "/*/", "/*/*/"))
 
 
 def _order(root: Path, group: str, seed: int) -> list[tuple[str, str, Change]]:
@@ -119,8 +118,8 @@ def _order(root: Path, group: str, seed: int) -> list[tuple[str, str, Change]]:
         if group_of(file) != group:
             continue
         text = path.read_text()
-        for change in changes(text):
-            key = (seed, *_drawn(group, file, text, change).key, change.operator)
+        for change in _changes_of(text):
+            key = (seed, file, change.where, *_lines(text, change)[1:], change.operator)
             digest = hashlib.sha256(repr(key).encode()).digest()
             by_operator.setdefault(change.operator, []).append((digest, file, text, change))
     ranked: list[tuple[int, bytes, str, str, Change]] = []
@@ -131,15 +130,21 @@ def _order(root: Path, group: str, seed: int) -> list[tuple[str, str, Change]]:
     return [(file, text, change) for _, _, file, text, change in ranked]
 
 
-def _drawn(group: str, file: str, text: str, change: Change) -> Drawn:
-    """Return a change as a drawn fault, with the lines around it."""
+_changes_of = lru_cache(maxsize=None)(changes)
+
+
+def _lines(text: str, change: Change) -> tuple[int, str, str]:
+    """Return the number of the first changed line, and the lines before and after the change."""
     begin = text.rfind("\n", 0, change.begin) + 1
     end = text.find("\n", change.end)
     end = len(text) if end < 0 else end
     after = text[begin : change.begin] + change.new + text[change.end : end]
-    line = text.count("\n", 0, begin) + 1
     old, new = (" ".join(part.split()) for part in (text[begin:end], after))
+    return text.count("\n", 0, begin) + 1, old, new
+
+
+def _drawn(group: str, file: str, text: str, change: Change) -> Drawn:
+    """Return a change as a drawn fault, with the lines around it."""
+    line, old, new = _lines(text, change)
     whole = changed(text, change)
-    return Drawn(
-        group, file, line, change.where, change.operator, old, new, change.names, whole
-    )
+    return Drawn(group, file, line, change.where, change.operator, old, new, change.names, whole)

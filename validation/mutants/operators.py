@@ -243,8 +243,7 @@ def _token(
     begin, end = source.end(left), source.begin(right)
     between = source.text[begin:end]
     old, new = tokens
-    pattern = rf"(?<![<>=!+*/-]){re.escape(old)}(?![<>*/-])" if old[0] in "<>=!+-*/" else rf"\b{old}\b"
-    hits = list(re.finditer(pattern, between))
+    hits = list(re.finditer(rf"(?<![<>=!+*/-]){re.escape(old)}(?![<>=*/-])", between))
     if len(hits) == 1 and "#" not in between:
         yield operator, begin + hits[0].start(), begin + hits[0].end(), new
 
@@ -312,10 +311,11 @@ def _calls(source: Source, node: ast.Call) -> Iterator[Piece]:
         end = source.end(function)
         yield "min, max swapped", end - len(name), end, EXTREMES[name]
     plain = isinstance(function, ast.Name) or ast.unparse(function).startswith(("np.", "math."))
-    if name in LEFT_OUT and plain and node.args and not isinstance(node.args[0], ast.Starred):
-        if not (name in ("max", "min") and len(node.args) == 1):
-            for argument in node.args[:2]:
-                yield _replaced(source, node, "call left out", source.operand(argument))
+    one_list = name in ("max", "min") and len(node.args) == 1
+    starred = any(isinstance(argument, ast.Starred) for argument in node.args)
+    if name in LEFT_OUT and plain and not one_list and not starred:
+        for argument in node.args[:2]:
+            yield _replaced(source, node, "call left out", source.operand(argument))
     if name == "range" and not node.keywords:
         last = node.args[min(1, len(node.args) - 1)]
         yield _replaced(source, last, "range off by one", f"{source.operand(last)} - 1")

@@ -21,7 +21,6 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
 
 from validation import json_rows
 from validation.mutants.chosen import CHOSEN
@@ -38,7 +37,7 @@ WORKERS = 2  # faults that are tried at the same time
 PURE_S = 60.0
 NO_TESTS = 5  # exit code of pytest
 COMPILED_LIMIT_S = 1200.0
-TESTS, COMPILED, VECTORS = "tests in pure Python", "compiled tests", "vectors"
+STAGES = TESTS, COMPILED, VECTORS = "tests in pure Python", "compiled tests", "vectors"
 
 
 def run_random(
@@ -151,27 +150,14 @@ class _Run:
 
     def rows(self) -> list[Row]:
         """Return the rows so far, in the order of the draw."""
-        found = [
-            (number, fault, self._row_of[fault.key])
-            for number, fault in enumerate(self.drawn, 1)
-            if fault.key in self._row_of
-        ]
         return [
-            row | {"number": number, "seed": self._seed, "line": fault.line} for number, fault, row in found
+            self._row_of[fault.key] | {"number": i, "seed": self._seed, "line": fault.line}
+            for i, fault in enumerate(self.drawn, 1)
+            if fault.key in self._row_of
         ]
 
     def stage(self, name: str, try_: Callable[[Copy, Drawn], tuple[bool, str]]) -> None:
         """Send all faults through a stage that they have not gone through."""
-        order = (TESTS, COMPILED, VECTORS)
-        todo = []
-        for fault in self.drawn:
-            row = self._row_of.get(fault.key)
-            fresh = row is None or (not row["caught"] and row["tests"] != self._digest)
-            if fresh and name == TESTS:
-                todo.append(fault)
-            elif row is not None and not fresh and not row["caught"] and not reason_of(fault.key):
-                if order.index(row["stage"]) < order.index(name):
-                    todo.append(fault)
         free = list(self._copies)
         with ThreadPoolExecutor(WORKERS) as pool:
 
@@ -182,8 +168,25 @@ class _Run:
                 finally:
                     free.append(copy)
 
+            todo = [fault for fault in self.drawn if self._wants(fault, name)]
             for done in [pool.submit(work, fault) for fault in todo]:
                 done.result()
+
+    def _wants(self, fault: Drawn, name: str) -> bool:
+        """Return whether a fault has to go through a stage.
+
+        It goes through the first one if it has no row, or if it survived other tests than those
+        of today; and through a slower one if it survived the one before, and nobody knows why.
+        """
+        row = self._row_of.get(fault.key)
+        fresh = row is None or (not row["caught"] and row["tests"] != self._digest)
+        if name == TESTS or row is None or fresh:
+            return name == TESTS and fresh
+        return (
+            not row["caught"]
+            and not reason_of(fault.key)
+            and STAGES.index(row["stage"]) < STAGES.index(name)
+        )
 
     def _try(
         self,

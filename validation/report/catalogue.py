@@ -125,6 +125,14 @@ OTHERS = (
         "mutants.md",
     ),
     Report(
+        "random_mutants",
+        "Drawn faults",
+        "Whether the tests notice faults that a seed drew by operator.",
+        f"{PROGRAM} mutants --random 300 --seed 21",
+        ("random_mutants.json",),
+        "random_mutants.md",
+    ),
+    Report(
         "vectors",
         "Vectors",
         "Whether the vectors of the porting kit alone notice these faults.",
