@@ -1,10 +1,13 @@
 """Meetings that floats can prove: no proof is wrong, and few pairs are left to exact arithmetic."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from izo_ref.base.exact_path import first_meeting
 from izo_ref.certificate.cpu.meetings import decide_meetings
+from izo_ref.certificate.formulas.meeting import _areas, _sign3, _sum3
 from izo_ref.detection.formulas.advance import APART
 from tests.helpers.contacts import first_contact
 
@@ -78,3 +81,22 @@ def test_sides_that_become_coplanar_beside_each_other_do_not_meet(is_edge_edge, 
         nodes, kind = np.array([order], np.int32), np.array([is_edge_edge])
         decide_meetings(start, end, nodes, kind, np.array([0.5]), found)
         assert bool(found[0]) is meets
+
+
+def test_a_sign_is_certain_only_if_all_three_coefficients_have_it():
+    for coefficients in itertools.product((-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0), repeat=3):
+        above = all(c > 1.0 for c in coefficients)
+        below = all(c < -1.0 for c in coefficients)
+        assert _sign3(coefficients, 1.0) == int(above) - int(below)
+
+
+def test_coefficients_of_an_area_are_those_of_the_area_at_three_times(rng):
+    """A quadratic is its first coefficient at the begin, and their mean, 1 2 1, in the middle."""
+    for _ in range(50):
+        d, u0, v0, u1, v1 = rng.integers(-9, 10, (5, 3)).astype(float)
+        first, middle, last = _areas(*(tuple(x.tolist()) for x in (d, u0, v0, u1, v1)))
+        assert first == d @ np.cross(u0, v0)
+        assert last == d @ np.cross(u1, v1)
+        halfway = d @ np.cross((u0 + u1) / 2, (v0 + v1) / 2)
+        assert (first + 2.0 * middle + last) / 4 == pytest.approx(halfway, abs=1e-12)
+        assert _sum3(tuple(d), tuple(u0), tuple(v0)) == tuple(d + u0 + v0)

@@ -146,20 +146,24 @@ def bound_of(displacements, multipliers=None, **changes):
 STILL = np.zeros((4, 3))
 
 
-def test_slack_of_pushed_constraints_counts():
+@pytest.mark.parametrize("begin", [0.0, 0.75, 1.25, 3.0])
+def test_slack_of_pushed_constraints_counts(begin):
     """Two constraints have one direction, and the weaker one is pushed as well.
 
-    The sum of the pushes is the displacement, so nothing is left of the first term of the bound.
-    All of the distance is in the slacks, which the pushes multiply.
+    Neither the distance nor the slacks may be left out: the vertex is moved to 1.25, where both
+    hold. There the sum of the pushes is the displacement, so all of the gap is in the slacks, which
+    the pushes multiply. All these are in units of the thickness.
     """
-    weights = [[1.0, -1.0, 0.0, 0.0], [2.0, -2.0, 0.0, 0.0]]
-    masses = [1.0, np.inf, np.inf, np.inf]
+    weights = [[1.0, -1.0, 0.0, 0.0], [2.0, -2.0, 0.0, 0.0]]  # these need 1 and 1/2
     two = {"nodes": [[0, 1, 2, 3]] * 2, "weights": weights, "normals": [[0.0, 0.0, 1.0]] * 2}
     moved = STILL.copy()
-    moved[0, 2] = 1.25e-3  # thickness is 1e-3, so the two need 1e-3 and 0.5e-3
-    bound = bound_of(moved, [0.4e-3, 0.425e-3], masses=masses, **two)
-    # Its square is twice the sum of pushes times slacks, 2e-6 (0.4 * 0.25 + 0.85 * 0.75).
-    assert bound == pytest.approx(math.sqrt(1.475) * 1e-3, rel=1e-6)
+    moved[0, 2] = begin * 1e-3
+    pushes = np.array([0.4, 0.85]) if begin < 3.0 else np.array([2.5, 3.5])
+    bound = bound_of(
+        moved, pushes / (1.0, 2.0) * 1e-3, masses=[1.0, np.inf, np.inf, np.inf], **two
+    )
+    gap = (1.25 - pushes.sum()) ** 2 + 2.0 * (0.25 * pushes[0] + 0.75 * pushes[1])
+    assert bound == pytest.approx((abs(begin - 1.25) + math.sqrt(gap)) * 1e-3, rel=1e-6)
 
 
 def test_an_obstacle_that_was_moved_gives_no_bound():
