@@ -83,6 +83,22 @@ def test_sides_that_become_coplanar_beside_each_other_do_not_meet(is_edge_edge, 
         assert bool(found[0]) is meets
 
 
+@pytest.mark.parametrize("is_edge_edge", [False, True])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_sides_that_stay_on_one_side_of_each_other_do_not_meet(is_edge_edge, side):
+    """Seen along the normal they overlap all the time, but neither passes through the other."""
+    if is_edge_edge:
+        start = np.array([[-1, 0, side], [1, 0, side], [0, -1, 0], [0, 1, 0.0]])
+    else:
+        start = np.array([[0.25, 0.25, side], [0, 0, 0], [1, 0, 0], [0, 1, 0.0]])
+    upper = slice(0, 2 if is_edge_edge else 1)
+    for height, meets in ((0.5, False), (1e-3, False), (0.0, False), (2.0, False), (-1.0, True)):
+        end = start.copy()
+        end[upper, 2] = height * side
+        for first, last in ((start, end), (end, start)):
+            assert certain(is_edge_edge, first, last, 0.5) is meets
+
+
 def test_a_sign_is_certain_only_if_all_three_coefficients_have_it():
     for coefficients in itertools.product((-3.0, -2.0, -1.0, 0.0, 1.0, 2.0, 3.0), repeat=3):
         above = all(c > 1.0 for c in coefficients)

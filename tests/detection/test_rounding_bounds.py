@@ -7,10 +7,11 @@ size, whose coordinates are differences of floats.
 
 import itertools
 
+import numpy as np
 import pytest
 
 from izo_ref.certificate.formulas.meeting import _meets_between
-from izo_ref.detection.formulas import touching
+from izo_ref.detection.formulas import advance, touching
 from izo_ref.detection.formulas.advance import GAP_ERROR, separated_until
 from izo_ref.detection.formulas.coplanar import COEFFICIENT_ERROR, bernstein_coefficients, split
 from izo_ref.detection.formulas.crossing import certain_sign
@@ -57,6 +58,26 @@ def test_the_bound_of_a_gap_covers_projections_and_the_time_at_which_it_ends():
             time = exact(t, notes)
             assert pure(separated_until)(is_edge_edge, direction, *nodes(notes), time, GAP_ERROR)
             report([(error + 20 * U, bound) for error, bound in notes])
+
+
+@pytest.mark.parametrize("is_edge_edge", [False, True])
+def test_every_direction_that_is_tried_has_to_leave_a_gap_above_the_bound(rng, is_edge_edge):
+    """The bound is relative to the direction and to the size of the pair, which is near 1."""
+    tried = []
+
+    def separates(kind, n, *rest):
+        tried.append((n, rest[-1]))
+        return pure(advance.separated_until)(kind, n, *rest)
+
+    first_contact = pure(advance._first_contact, {"separated_until": separates})
+    for _ in range(100):
+        flat = rng.normal(size=(6, 3)) * (1.0, 1.0, 0.1)
+        nodes = [tuple(row) for row in (flat / np.abs(flat).max()).tolist()]
+        size = max(abs(x) for node in nodes for x in node)
+        first_contact(is_edge_edge, *nodes, GAP_ERROR * size, (1.0, -1.0, 1.0, 1.0), 0.0)
+    assert len(tried) > 150
+    for n, threshold in tried:
+        assert threshold >= GAP_ERROR * sum(abs(x) for x in n) * (1.0 - 4 * U)
 
 
 @pytest.mark.parametrize("is_edge_edge", [False, True])

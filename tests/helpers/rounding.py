@@ -80,18 +80,24 @@ class Bounded:
     __lt__ = __gt__ = _compare
 
 
-def pure(function):
+def pure(function, replaced=None):
     """Return a compiled function, and all that it calls, as functions of Python.
 
     Args:
         function: A function that `compiled` made, or one of Python.
+        replaced: Functions that take the place of those with the same names.
     """
     python = getattr(function, "py_func", function)
     if not isinstance(python, FunctionType):
         return function
-    own = python.__globals__
+    own = python.__globals__ | (replaced or {})
     used = {name: own[name] for name in python.__code__.co_names if name in own}
-    called = {name: pure(value) if callable(value) else value for name, value in used.items()}
+    called = {
+        name: pure(value, replaced)
+        if callable(value) and value not in (replaced or {}).values()
+        else value
+        for name, value in used.items()
+    }
     return FunctionType(
         python.__code__, {"__builtins__": builtins, **called}, python.__name__, python.__defaults__
     )

@@ -159,9 +159,7 @@ def test_slack_of_pushed_constraints_counts(begin):
     moved = STILL.copy()
     moved[0, 2] = begin * 1e-3
     pushes = np.array([0.4, 0.85]) if begin < 3.0 else np.array([2.5, 3.5])
-    bound = bound_of(
-        moved, pushes / (1.0, 2.0) * 1e-3, masses=[1.0, np.inf, np.inf, np.inf], **two
-    )
+    bound = bound_of(moved, pushes / (1.0, 2.0) * 1e-3, masses=[1.0, np.inf, np.inf, np.inf], **two)
     gap = (1.25 - pushes.sum()) ** 2 + 2.0 * (0.25 * pushes[0] + 0.75 * pushes[1])
     assert bound == pytest.approx((abs(begin - 1.25) + math.sqrt(gap)) * 1e-3, rel=1e-6)
 

@@ -6,6 +6,7 @@ import pytest
 from izo_ref.base.records import Impacts
 from izo_ref.zones.selection import is_deep, select_impacts
 from izo_ref.zones.serial.deep_selection import DEEP, SOON
+from izo_ref.zones.serial.selection import hopeful_impacts, prescribed_impacts
 from tests.naive import groups
 
 
@@ -79,3 +80,39 @@ def test_a_step_is_deep_if_impacts_are_deeper_than_edges_on_average(is_edge_edge
         mixed = impacts._replace(normals=np.array([[0.0, 0, 1], [0, 0, 0]]))
         assert not is_deep(mixed, start, end)
     assert not is_deep(impacts.take(np.zeros(2, bool)), start, start)
+
+
+def test_an_impact_is_prescribed_if_its_unpinned_vertices_have_no_weight(rng):
+    """Below a weight of 1e-9 in all, they would have to move a billion times the gap."""
+    impacts = weighted_impacts(rng, 200, 12)
+    pinned = rng.random(12) < 0.6
+    impacts.weights[::3] *= np.where(pinned[impacts.nodes[::3]], 1.0, 1e-12)
+    found = np.empty(200, bool)
+    prescribed_impacts(impacts.nodes, impacts.weights, pinned, found)
+    unpinned = (np.abs(impacts.weights) * ~pinned[impacts.nodes]).sum(axis=1)
+    np.testing.assert_array_equal(found, unpinned < 1e-9)
+    assert 20 < found.sum() < 180
+    for weight, expected in ((0.9e-9, True), (1.1e-9, False)):
+        one = np.array([[weight, weight - 1.0, 0.5, 0.5 - 2.0 * weight]])
+        held = np.array([False, True, True, True])
+        prescribed_impacts(np.arange(4, dtype=np.int32)[None], one, held, found[:1])
+        assert found[0] == expected
+
+
+def test_an_impact_is_hopeful_if_its_gap_is_too_small_and_no_vertex_is_stuck(rng):
+    """A zone that was solved leaves 1e-9 of the thickness, which no solver can mend."""
+    impacts = weighted_impacts(rng, 300, 12)
+    normals, positions = rng.normal(size=(300, 3)), rng.normal(size=(12, 3))
+    stuck = rng.random(12) < 0.05
+    gaps = np.einsum("jx,jk,jkx->j", normals, impacts.weights, positions[impacts.nodes])
+    found = np.empty(300, bool)
+    own = impacts.nodes, impacts.weights, normals
+    hopeful_impacts(positions, *own, stuck, 0.5, found)
+    np.testing.assert_array_equal(found, (gaps < 0.5) & ~stuck[impacts.nodes].any(axis=1))
+    assert 50 < found.sum() < 250
+    over = np.array([[0.0, 0, 1], [0, 0, 0], [1, 0, 0], [0, 1, 0]])
+    rows = np.arange(4, dtype=np.int32)[None], np.array([[1.0, -0.5, -0.25, -0.25]])
+    for missing, expected in ((1e-5, True), (1e-8, False), (-1e-5, False)):
+        up = np.array([[0.0, 0.0, 1.0]])
+        hopeful_impacts(over, *rows, up, np.zeros(4, bool), 1.0 + missing, found[:1])
+        assert found[0] == expected

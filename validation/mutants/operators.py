@@ -30,7 +30,7 @@ WHOLE_FACTORS = ("2 *", "1024 *")
 DIVISORS = (2, 8, 64)
 # Names of bounds of rounding, and of the shares and margins that cover it.
 BOUND = re.compile(
-    r"^(U|TINY|INSIDE|MIN_STEP|LAST_DIGIT|\w*DEPENDENT|NO_WEIGHT)$"
+    r"(?-i:^(U|TINY|INSIDE|MIN_STEP|LAST_DIGIT|\w*DEPENDENT|NO_WEIGHT)$)"
     r"|(^|_)(error|errors|threshold|margin|rounding|bound|bounds)\d*($|_)",
     re.IGNORECASE,
 )
