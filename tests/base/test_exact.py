@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from izo_ref.base.exact import CHUNK, sides_meet
+from izo_ref.base import exact
+from izo_ref.base.exact import CHUNK, sides_meet, volume_signs
 from tests.naive.simplices import simplices_meet
 
 FACE = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
@@ -93,3 +94,15 @@ def test_each_pair_of_many_gets_its_own_answer():
     faces = np.broadcast_to(np.array(FACE, float), (n, 3, 3))
     assert (sides_meet(vertices, faces) == (heights == 0.0)).all()
     assert sides_meet(vertices[:0], faces[:0]).shape == (0,)
+
+
+@pytest.mark.parametrize("n", range(8))
+def test_every_chunk_is_decided(rng, monkeypatch, n):
+    """Three are decided at once: there are none, a part of a chunk, whole chunks, and one more."""
+    monkeypatch.setattr(exact, "CHUNK", 3)
+    points = rng.integers(-3, 4, (n, 4, 3)).astype(float)
+    points[::3, 3] = points[::3, 0]  # without volume
+    expected = np.sign(np.round(np.linalg.det(points[:, 1:] - points[:, :1])))
+    np.testing.assert_array_equal(volume_signs(points), expected)
+    meets = [simplices_meet(row[:1], row[1:]) for row in points]
+    assert sides_meet(points[:, :1], points[:, 1:]).tolist() == meets

@@ -5,6 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base import errors
+from tests.helpers.contacts import first_contact
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 
 
@@ -49,6 +50,22 @@ def test_a_certificate_finds_the_pairs_that_detection_finds(rng):
     np.testing.assert_array_equal(certificate.meeting.nodes, impacts.nodes[in_time])
     np.testing.assert_array_equal(certificate.meeting_toi, impacts.toi[in_time])
     assert certificate.time_free == certificate.meeting_toi[0]
+
+
+def test_a_certificate_counts_the_steps_of_all_proofs_and_of_the_longest(rng):
+    """Pairs whose boxes are apart take no step, so all pairs of the mesh may be asked."""
+    scene = two_sheets(rng, 5)
+    start, end = scene.positions_t0, scene.positions_t1
+    certificate = izo_ref.certify_path(scene, end)
+    pairs = [(False, (v, *face)) for v in range(len(start)) for face in scene.faces.tolist()]
+    pairs += [(True, (*a, *b)) for a in scene.edges.tolist() for b in scene.edges.tolist() if a < b]
+    steps = [
+        first_contact(kind, start[list(nodes)], end[list(nodes)])[3]
+        for kind, nodes in pairs
+        if len(set(nodes)) == 4
+    ]
+    assert certificate.proofs == sum(steps)
+    assert certificate.most_proofs == max(steps) > 1
 
 
 def test_a_flat_sheet_that_moves_as_one_is_proved_apart():

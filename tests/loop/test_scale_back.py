@@ -5,6 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref import Options, Status
+from izo_ref.loop.scale_back import _lower_scales
 from tests.helpers.shapes import pinched_sheet, two_sheets
 
 
@@ -74,3 +75,24 @@ def test_scaled_back_vertices_stop_at_the_reported_share_of_their_path(rng):
         start, end = scene.positions_t0[part.vertices], scene.positions_t1[part.vertices]
         expected = start + part.scale * (end - start)
         np.testing.assert_allclose(result.positions[part.vertices], expected, rtol=0.0, atol=1e-15)
+
+
+class Groups(list):
+    """Groups of vertices, as zones have them."""
+
+    def vertices_of(self, group):
+        return self[group]
+
+
+def test_groups_in_trouble_halve_their_scale_six_times_and_then_stay_at_the_start():
+    groups = Groups([np.array([0, 2]), np.array([1]), np.array([3, 4])])
+    scale = np.array([1.0, 1.0, 0.5, 0.0, 0.0])  # the vertices of the first group come together
+    trouble = np.array([True, False, False, True, False])
+    for expected in (0.25, 0.125, 1 / 16, 1 / 32, 1 / 64, 0.0):
+        assert _lower_scales(groups, trouble, scale)
+        np.testing.assert_array_equal(scale, [expected, 1.0, expected, 0.0, 0.0])
+    assert not _lower_scales(groups, trouble, scale)
+    scale = np.array([1.0, 1.0, 0.0, 1.0, 0.0])
+    assert _lower_scales(groups, trouble, scale)
+    np.testing.assert_array_equal(scale, [0.0, 1.0, 0.0, 0.0, 0.0])
+    assert not _lower_scales(groups, np.zeros(5, bool), np.ones(5))

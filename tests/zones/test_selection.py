@@ -33,9 +33,13 @@ def test_selections_are_those_of_the_literal_definitions(rng, n):
 
 
 def weighted_impacts(rng, n, k):
-    """Draw n impacts of k vertices with weights of vertex-face and edge-edge pairs."""
+    """Draw n impacts of k vertices with weights of vertex-face and edge-edge pairs.
+
+    Half of the weights are quarters, so that many are equal and some are zero.
+    """
     drawn = random_impacts(rng, n, k)
     kinds, inside = rng.random(n) < 0.5, rng.dirichlet([1.0, 1.0, 1.0], n)
+    inside[::2] = rng.multinomial(4, [1 / 3, 1 / 3, 1 / 3], n)[::2] / 4.0
     faces = np.column_stack((np.ones(n), -inside))
     edges = np.column_stack((inside[:, 0], 1.0 - inside[:, 0], -inside[:, 1], inside[:, 1] - 1.0))
     weights = np.where(kinds[:, None], edges, faces)
