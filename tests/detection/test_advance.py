@@ -136,6 +136,21 @@ def test_pairs_in_a_rotating_plane_are_apart(rng):
         assert first_contact(VF, flat, turned)[0] == APART
 
 
+@pytest.mark.parametrize("is_edge_edge", [VF, EE])
+def test_a_pair_that_does_not_turn_is_decided_in_one_or_two_steps(rng, is_edge_edge):
+    """A direction that separates such a pair now does so until it meets, or beyond the path."""
+    met = 0
+    for _ in range(1500):
+        start = rng.normal(size=(4, 3))
+        end = start + rng.normal(size=3)
+        end[: 2 if is_edge_edge else 1] += 2.0 * rng.normal(size=3)
+        status, _, _, steps, _ = first_contact(is_edge_edge, start, end)
+        assert status != UNDECIDED
+        assert steps <= (1 if status == CONTACT else 2)
+        met += status == CONTACT
+    assert met > 40
+
+
 def test_small_integer_pairs_are_decided_as_in_exact_arithmetic(rng):
     """Many of these pairs touch, overlap or are degenerate; none that meets may be missed."""
     counts = {"meets": 0, "apart": 0}

@@ -34,7 +34,7 @@ from validation.rows import Row
 
 WORKERS = 2  # faults that are tried at the same time
 # Seconds of tests in pure Python for one fault, as measured without any fault.
-PURE_S = 60.0
+PURE_S = 30.0
 NO_TESTS = 5  # exit code of pytest
 COMPILED_LIMIT_S = 1200.0
 STAGES = TESTS, COMPILED, VECTORS = "tests in pure Python", "compiled tests", "vectors"

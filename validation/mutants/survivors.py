@@ -18,6 +18,10 @@ class Survivor(NamedTuple):
 
 # Reasons that several faults share.
 SMALLER_MARGIN = "A smaller margin holds as well; a pair is only proved apart again sooner."
+LATER_STEP = (
+    "The end of a proof is recognised one step later, within a billionth of the path: that costs "
+    "time."
+)
 EXACT_DECIDES = (
     "Floats are then less often certain, and exact arithmetic decides the pair: that costs time."
 )
@@ -98,6 +102,13 @@ SURVIVORS: list[Survivor] = [
         "if not ((volume0 > bound and volume1 <= -bound) or (volume0 < -bound and volume1 > "
         "bound)):",
         "A bound is larger than any error, so a volume that equals it has a certain sign too.",
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/coplanar.py",
+        "crosses_soon",
+        "if not (step * (1.0 - t) < SOON and step < 1.0 and (rest[0] > 0.0) != (slope > 0.0)):",
+        "if not (step < SOON and step < 1.0 and (rest[0] > 0.0) != (slope > 0.0)):",
+        LATER_STEP,
     ),
 ]
 
