@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 from numba import njit
 
+from izo_ref.detection.formulas import advance as advance_module
 from izo_ref.detection.formulas.advance import APART, CONTACT, UNDECIDED, advance
 from izo_ref.detection.serial.contacts import relative_nodes
 from tests.helpers.contacts import first_contact
 from tests.helpers.queries import constructed_meetings
+from tests.helpers.rounding import pure
 from tests.helpers.steps import load
 from tests.naive.closest import distance
 from validation.oracles import path
@@ -136,19 +138,22 @@ def test_pairs_in_a_rotating_plane_are_apart(rng):
         assert first_contact(VF, flat, turned)[0] == APART
 
 
-@pytest.mark.parametrize("is_edge_edge", [VF, EE])
-def test_a_pair_that_does_not_turn_is_decided_in_one_or_two_steps(rng, is_edge_edge):
-    """A direction that separates such a pair now does so until it meets, or beyond the path."""
-    met = 0
-    for _ in range(1500):
-        start = rng.normal(size=(4, 3))
-        end = start + rng.normal(size=3)
-        end[: 2 if is_edge_edge else 1] += 2.0 * rng.normal(size=3)
-        status, _, _, steps, _ = first_contact(is_edge_edge, start, end)
-        assert status != UNDECIDED
-        assert steps <= (1 if status == CONTACT else 2)
-        met += status == CONTACT
-    assert met > 40
+@pytest.mark.parametrize(("first", "second"), [(0.25, 0.5), (0.5, 0.25), (0.5, -1.0), (-1.0, 0.5)])
+def test_the_next_step_begins_where_the_better_direction_ends(first, second):
+    """The time that each of the two directions reaches is given here, and so is no root."""
+    times, begun = [first, second, 2.0], []
+
+    def reaches(*arguments):
+        begun.append(arguments[-2])
+        return times.pop(0)
+
+    start, end = np.array(SQUARE, float), np.array(SQUARE, float) + (0.0, 0.0, 0.1)
+    a, b = ([tuple(row) for row in (p[1:] - p[0]).tolist()] for p in (start, end))
+    given = {"separated_until": reaches, "root_free_until": lambda *_: 0.0}
+    search = pure(advance_module._first_contact, given)
+    status, toi, _, steps, _ = search(VF, *a, *b, 1e-14, (1.0, 1.0, 1.0, 1.0), 1e-14)
+    assert (status, toi, steps) == (APART, 1.0, 2)
+    assert begun == [0.0, 0.0, 0.5 - advance_module.MIN_STEP]
 
 
 def test_small_integer_pairs_are_decided_as_in_exact_arithmetic(rng):

@@ -40,25 +40,25 @@ def pytest_runtest_protocol(item: pytest.Item) -> Generator[None, Any, Any]:
             seen.add(frame.f_code)
 
     item.stash[PASSED] = True
-    begin = time.perf_counter()
+    begin = time.process_time()
     sys.setprofile(watch)
     try:
         return (yield)
     finally:
         sys.setprofile(None)
-        _note(item, time.perf_counter() - begin, seen)
+        _note(item, time.process_time() - begin, seen)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call() -> Generator[None, Any, Any]:
     """Stop a test at the limit."""
-    previous = signal.signal(signal.SIGALRM, _stop)
-    signal.setitimer(signal.ITIMER_REAL, float(os.environ.get(LIMIT, "20")))
+    previous = signal.signal(signal.SIGPROF, _stop)
+    signal.setitimer(signal.ITIMER_PROF, float(os.environ.get(LIMIT, "20")))
     try:
         return (yield)
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, previous)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, previous)
 
 
 @pytest.hookimpl(wrapper=True)
