@@ -179,14 +179,13 @@ class _Run:
         of today; and through a slower one if it survived the one before, and nobody knows why.
         """
         row = self._row_of.get(fault.key)
-        fresh = row is None or (not row["caught"] and row["tests"] != self._digest)
-        if name == TESTS or row is None or fresh:
-            return name == TESTS and fresh
-        return (
-            not row["caught"]
-            and not reason_of(fault.key)
-            and STAGES.index(row["stage"]) < STAGES.index(name)
-        )
+        if row is None:
+            return name == TESTS
+        if row["caught"] or reason_of(fault.key):
+            return False
+        if row["tests"] != self._digest:
+            return name == TESTS
+        return STAGES.index(row["stage"]) < STAGES.index(name)
 
     def _try(
         self,
