@@ -77,7 +77,7 @@ class Bounded:
             self.notes.append((self.error, abs(other)))
         return True
 
-    __lt__ = __gt__ = _compare
+    __lt__ = __gt__ = __le__ = __ge__ = _compare
 
 
 def pure(function, replaced=None):

@@ -18,9 +18,9 @@ class Survivor(NamedTuple):
 
 # Reasons that several faults share.
 SMALLER_MARGIN = "A smaller margin holds as well; a pair is only proved apart again sooner."
-LATER_STEP = (
-    "The end of a proof is recognised one step later, within a billionth of the path: that costs "
-    "time."
+TINY_ROOM = (
+    "TINY is 1e-300, and all products of a pair near 1 that underflow are off by less than 1e-321 in "
+    "all: even a much smaller number covers them."
 )
 EXACT_DECIDES = (
     "Floats are then less often certain, and exact arithmetic decides the pair: that costs time."
@@ -104,11 +104,33 @@ SURVIVORS: list[Survivor] = [
         "A bound is larger than any error, so a volume that equals it has a certain sign too.",
     ),
     Survivor(
-        "izo_ref/detection/formulas/coplanar.py",
-        "crosses_soon",
-        "if not (step * (1.0 - t) < SOON and step < 1.0 and (rest[0] > 0.0) != (slope > 0.0)):",
-        "if not (step < SOON and step < 1.0 and (rest[0] > 0.0) != (slope > 0.0)):",
-        LATER_STEP,
+        "izo_ref/base/sizes.py",
+        "_require_size",
+        "if size > high:",
+        "if size >= high:",
+        "At the border itself no coordinate is larger, so the list of vertices is empty and no "
+        "error is raised.",
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/advance.py",
+        "advance",
+        "cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + TINY",
+        "cubic_error = COEFFICIENT_ERROR * (m1 * m2 * m3) + (TINY / 64)",
+        TINY_ROOM,
+    ),
+    Survivor(
+        "izo_ref/certificate/formulas/meeting.py",
+        "_meets_between",
+        "bound23 = COEFFICIENT_ERROR * (m2 * m3) + TINY",
+        "bound23 = COEFFICIENT_ERROR * (m2 * m3) + (TINY / 64)",
+        TINY_ROOM,
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/margin.py",
+        "cubic_margin",
+        "slack = low - COEFFICIENT_ERROR * (m1 * m2 * m3) - TINY",
+        "slack = low - COEFFICIENT_ERROR * (m1 * m2 * m3) - (TINY / 2)",
+        TINY_ROOM,
     ),
 ]
 
