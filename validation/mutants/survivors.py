@@ -19,8 +19,8 @@ class Survivor(NamedTuple):
 # Reasons that several faults share.
 SMALLER_MARGIN = "A smaller margin holds as well; a pair is only proved apart again sooner."
 TINY_ROOM = (
-    "TINY is 1e-300, and all products of a pair near 1 that underflow are off by less than 1e-321 in "
-    "all: even a much smaller number covers them."
+    "TINY is 1e-300, and the products of a pair near 1 that underflow are off by less than 1e-321 "
+    "in all: even a much smaller number covers them."
 )
 EXACT_DECIDES = (
     "Floats are then less often certain, and exact arithmetic decides the pair: that costs time."
