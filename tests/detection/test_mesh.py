@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from izo_ref.detection.mesh import edges_of, median_length
+from izo_ref.detection.serial.boxes import bounds, bounds_of_edges
 from izo_ref.detection.serial.mesh import sort_rows
 
 
@@ -30,3 +31,14 @@ def test_the_median_is_that_of_the_lengths(rng, n):
     lengths = [np.linalg.norm(positions[a] - positions[b]) for a, b in edges]
     expected = np.median(lengths) if n else 0.0
     assert median_length(positions, edges) == pytest.approx(expected, rel=1e-15)
+
+
+def test_bounds_are_the_lowest_and_highest_coordinates(rng):
+    for n in (1, 2, 20):
+        points = rng.normal(size=(n, 3))
+        edges = np.array([rng.integers(0, n, 2) for _ in range(n)], np.int32)
+        low, high = bounds(points)
+        assert (low, high) == (tuple(points.min(axis=0)), tuple(points.max(axis=0)))
+        used = points[np.unique(edges)]
+        low, high = bounds_of_edges(points, edges)
+        assert (low, high) == (tuple(used.min(axis=0)), tuple(used.max(axis=0)))

@@ -81,12 +81,15 @@ def test_every_direction_that_is_tried_has_to_leave_a_gap_above_the_bound(rng, i
 
 
 @pytest.mark.parametrize("is_edge_edge", [False, True])
-def test_the_bounds_of_a_certain_meeting_cover_volumes_and_areas(is_edge_edge):
+@pytest.mark.parametrize("sizes", [(1, 1, 1, 1, 1, 1), (8, 1, 0.5, 1, 8, 16), (1, 8, 1, 8, 1, 0.5)])
+def test_the_bounds_of_a_certain_meeting_cover_volumes_and_areas(is_edge_edge, sizes):
+    """A node may be far out at the start alone, or at the end alone."""
     for t0, t1 in itertools.combinations(TIMES, 2):
         notes = []
         direction = tuple(exact(x, notes) for x in (1.0, 1.0, 1.0))
         times = exact(t0, notes), exact(t1, notes)
-        pure(_meets_between)(is_edge_edge, direction, *nodes(notes), *times)
+        own = [nodes(notes, 1, size)[0] for size in sizes]
+        pure(_meets_between)(is_edge_edge, direction, *own, *times)
         assert len(notes) == (6 if is_edge_edge else 5)
         report(notes)
 

@@ -5,7 +5,7 @@ import pytest
 
 from izo_ref.base.records import Impacts
 from izo_ref.zones.selection import is_deep, select_impacts
-from izo_ref.zones.serial.deep_selection import DEEP, SOON
+from izo_ref.zones.serial.deep_selection import DEEP, SOON, mean_relative_depth
 from izo_ref.zones.serial.selection import hopeful_impacts, prescribed_impacts
 from tests.naive import groups
 
@@ -85,6 +85,23 @@ def test_a_step_is_deep_if_impacts_are_deeper_than_edges_on_average(is_edge_edge
         mixed = impacts._replace(normals=np.array([[0.0, 0, 1], [0, 0, 0]]))
         assert not is_deep(mixed, start, end)
     assert not is_deep(impacts.take(np.zeros(2, bool)), start, start)
+
+
+@pytest.mark.parametrize("is_edge_edge", [False, True])
+def test_the_mean_depth_is_the_frozen_gap_over_the_longest_edge(rng, is_edge_edge):
+    impacts = weighted_impacts(rng, 30, 12)
+    start, end, normals = rng.normal(size=(12, 3)), rng.normal(size=(12, 3)), np.empty((30, 3))
+    normals[:] = rng.normal(size=(30, 3))
+    own = impacts._replace(is_edge_edge=np.full(30, is_edge_edge), normals=normals)
+    depths = []
+    for nodes, weights, normal in zip(own.nodes, own.weights, normals, strict=True):
+        gap = normal @ (weights @ end[nodes])
+        corners = start[nodes]
+        face = [corners[1] - corners[2], corners[2] - corners[3], corners[3] - corners[1]]
+        edges = [corners[0] - corners[1], corners[2] - corners[3]] if is_edge_edge else face
+        depths.append(-gap / max(np.linalg.norm(edge) for edge in edges))
+    columns = own.nodes, own.is_edge_edge, own.weights, own.normals
+    assert mean_relative_depth(start, end, *columns) == pytest.approx(np.mean(depths), abs=1e-12)
 
 
 def test_an_impact_is_prescribed_if_its_unpinned_vertices_have_no_weight(rng):

@@ -132,6 +132,22 @@ SURVIVORS: list[Survivor] = [
         "slack = low - COEFFICIENT_ERROR * (m1 * m2 * m3) - (TINY / 2)",
         TINY_ROOM,
     ),
+    Survivor(
+        "izo_ref/zones/serial/deep_selection.py",
+        "relative_depth",
+        "for k in range(4):",
+        "for k in range(1, 4):",
+        "Positions are relative to those of node 0, which adds zero itself.",
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/touching.py",
+        "_scaled",
+        "unit = power_of_two_for(max(m1, max(m2, m3)))",
+        "unit = power_of_two_for(max(m1, min(m2, m3)))",
+        "Multiplying by a power of two is exact, and any that is near the size of the pair "
+        "serves: coordinates of a scene are within 2^200 of each other, so that products stay "
+        "far from overflow.",
+    ),
 ]
 
 
