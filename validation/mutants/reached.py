@@ -16,7 +16,7 @@ from validation.mutants.reach import LIMIT, REACH
 # The folders of tests that mirror the stages that faults are drawn from.
 FOLDERS = ("base", "certificate", "detection", "loop", "solvers", "zones")
 # Seconds for one test in pure Python, while its calls are watched. A slower test runs compiled.
-TEST_S = 15
+TEST_S = 4
 PURE = {"NUMBA_DISABLE_JIT": "1", "NUMBA_NUM_THREADS": "1", "PYTHONWARNINGS": "ignore"}
 
 

@@ -148,6 +148,75 @@ SURVIVORS: list[Survivor] = [
         "serves: coordinates of a scene are within 2^200 of each other, so that products stay "
         "far from overflow.",
     ),
+    Survivor(
+        "izo_ref/base/exact_closest.py",
+        "_candidates",
+        "if normal != NOWHERE and min(sides) >= 0:",
+        "if normal != NOWHERE and min(sides) > 0:",
+        "A point that lies over a side has the same closest point as a point of that side, which "
+        "is a candidate too.",
+    ),
+    Survivor(
+        "izo_ref/detection/weld.py",
+        "ROUNDING",
+        "ROUNDING = 1.0 + 2.0**-49",
+        "ROUNDING = 1.0 + (2.0**-49) / 2",
+        "Of the two ways, a difference and two roots lose at most 5 u, and a root of a sum of "
+        "squares 3 u: together these are the 8 u that are left.",
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/touching.py",
+        "volume_sign_after_start",
+        "slope = (det3(b1, a2, a3) + det3(a1, b2, a3) + det3(a1, a2, b3)) / 3.0",
+        "slope = (det3(b1, a2, a3) + det3(a1, b2, a3) + det3(a1, a2, b3)) / (0.5 * 3.0)",
+        "Only the sign counts, and the rounding of twice the slope, 140 u, is still below the "
+        "bound of 192 u.",
+    ),
+    Survivor(
+        "izo_ref/base/exact.py",
+        "_edge_face_meet",
+        "(True, (0, 1, 3, 4)),",
+        "(True, (0, 1, 3, (4 // 2))),",
+        "An edge in the plane that meets the side b c meets another side as well, or has an end "
+        "in the face.",
+    ),
+    Survivor(
+        "izo_ref/base/exact_path.py",
+        "_relative_nodes",
+        "first, *others = zip(points[: len(start)], points[len(start) :], strict=True)",
+        "first, *others = zip(points[: len(start)], points[len(end) :], strict=True)",
+        "There are as many ends as starts.",
+    ),
+    Survivor(
+        "izo_ref/certificate/formulas/meeting.py",
+        "certainly_meets",
+        "size = max(max_abs3(a1), max(max_abs3(a2), max_abs3(a3)))",
+        "size = min(max_abs3(a1), max(max_abs3(a2), max_abs3(a3)))",
+        "Multiplying by a power of two is exact, and any that is near the size of the pair "
+        "serves: coordinates of a scene are within 2^200 of each other, so that products stay "
+        "far from overflow.",
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/advance.py",
+        "_is_inside",
+        "return second and min(weights[0], weights[1]) > INSIDE",
+        "return second and min(weights[0], weights[1]) >= INSIDE",
+        "INSIDE is a choice: a weight that equals it to the bit may count as inside or not.",
+    ),
+    Survivor(
+        "izo_ref/zones/scaled_zone.py",
+        "_slack",
+        "error += 10 * U * terms + (1.0 + 1e-9) * sums * first + 2 * U * np.abs(total)",
+        "error += 10 * U * terms + (1.0 + 1e-9 / 64) * sums * first + 2 * U * np.abs(total)",
+        "The factor covers the rounding of one product and a sum of three terms, which is 4e-16.",
+    ),
+    Survivor(
+        "izo_ref/detection/formulas/closest.py",
+        "vertex_face_weights",
+        "if va > 0.0 and vb > 0.0 and vc > 0.0 and total > 0.0:",
+        "if va > 0.0 and vb > 0.0 and vc >= 0.0 and total > 0.0:",
+        "With vc = 0 the closest point is on the edge q1 q2, and both ways give this point.",
+    ),
 ]
 
 
