@@ -161,7 +161,7 @@ class Bench:
             process = subprocess.Popen(
                 command,
                 cwd=self.tree,
-                env=self._environment() | (changes or {}),
+                env=self._environment() | dict(changes or {}),
                 stdout=out,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
