@@ -55,7 +55,7 @@ def test_residuals_are_the_violation_in_metres_and_the_relative_gap(rng):
 
 def test_the_size_of_a_constraint_bounds_its_terms(rng):
     for _ in range(20):
-        (first, nodes, coefficients, normals), matrix = zone(rng)
+        (first, nodes, coefficients, _), matrix = zone(rng)
         m, n = matrix.shape
         z, s = rng.normal(size=n), rng.normal(size=m)
         lengths = np.linalg.norm(z.reshape(-1, 3), axis=1)
