@@ -5,7 +5,6 @@ import pytest
 
 import izo_ref
 from izo_ref.base.options import RULES, Options
-from izo_ref.loop.plan import _obstacles
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from tests.helpers.steps import load_step
 
@@ -159,17 +158,3 @@ def test_a_rule_that_is_switched_off_leaves_nothing_out(rng):
 def test_unknown_rules_are_named(plan):
     with pytest.raises(izo_ref.base.errors.OptionError, match=r"plan.*'(nothing|stil)'"):
         Options(plan=plan)
-
-
-@pytest.mark.parametrize(
-    ("pinned", "moving", "needed", "said"),
-    [
-        ([0, 0, 0], [1, 1, 0], "none", "no vertex is pinned"),
-        ([1, 1, 0], [0, 0, 1], "none", "2 vertices are pinned, and none of them moves"),
-        ([1, 1, 0], [0, 1, 1], "some", "1 pinned vertices move"),
-    ],
-)
-def test_only_obstacles_that_move_are_checked(pinned, moving, needed, said):
-    line = _obstacles(np.array(pinned, bool), np.array(moving, bool))
-    assert line.needed == needed
-    assert line.reason.startswith(said)
