@@ -217,6 +217,21 @@ SURVIVORS: list[Survivor] = [
         "if va > 0.0 and vb > 0.0 and vc >= 0.0 and total > 0.0:",
         "With vc = 0 the closest point is on the edge q1 q2, and both ways give this point.",
     ),
+    Survivor(
+        "izo_ref/solvers/serial/small_zone.py",
+        "solve_small_zone",
+        "holds = violation <= limits.violation and gap <= limits.gap",
+        "holds = violation <= limits.violation and gap < limits.gap",
+        "A gap that equals the tolerance to the bit may count as reached or not.",
+    ),
+    Survivor(
+        "izo_ref/solvers/sparse.py",
+        "_divide",
+        "thread = int(np.argmin(loads))",
+        "thread = int(np.argmax(loads))",
+        "Any thread may take any subtree; with all on one thread the answer has the same bits, "
+        "later.",
+    ),
 ]
 
 
