@@ -232,6 +232,29 @@ SURVIVORS: list[Survivor] = [
         "Any thread may take any subtree; with all on one thread the answer has the same bits, "
         "later.",
     ),
+    Survivor(
+        "izo_ref/solvers/serial/minimum_degree.py",
+        "_unite",
+        "for q in range(graph.begin[i], graph.begin[i] + graph.length[i]):",
+        "for q in range(graph.begin[i], graph.begin[i] - graph.length[i]):",
+        "Vertices with the same neighbours are then eliminated one by one, which gives an order "
+        "of minimum degree too, later.",
+    ),
+    Survivor(
+        "izo_ref/solvers/serial/active_set.py",
+        "_most_violated",
+        "if violation[j] > ROUNDING * constraint_size(j, first, nodes, coefficients, rhs, z):",
+        "if violation[j] >= ROUNDING * constraint_size(j, first, nodes, coefficients, rhs, z):",
+        "A violation that equals its rounding to the bit may count as one or not.",
+    ),
+    Survivor(
+        "izo_ref/solvers/interior_point.py",
+        "INSIDE",
+        "INSIDE = 0.5",
+        "INSIDE = 0.5 / 64",
+        "INSIDE chooses where the interior point starts; from any positive one it ends at the "
+        "same optimum, in other numbers of steps.",
+    ),
 ]
 
 
