@@ -255,6 +255,56 @@ SURVIVORS: list[Survivor] = [
         "INSIDE chooses where the interior point starts; from any positive one it ends at the "
         "same optimum, in other numbers of steps.",
     ),
+    Survivor(
+        "izo_ref/zones/serial/deep_selection.py",
+        "relative_depth",
+        "arm = positions[nodes[j, k], axis] - positions[nodes[j, 0], axis]",
+        "arm = positions[nodes[j, k], axis] - positions_t0[nodes[j, 0], axis]",
+        "The weights sum to zero, so any common origin gives the same gap, up to rounding.",
+    ),
+    Survivor(
+        "izo_ref/solvers/serial/elimination.py",
+        "postorder",
+        "if parent[i] >= 0:",
+        "if parent[i] > 0:",
+        "A parent comes behind its children, so it is never number 0.",
+    ),
+    Survivor(
+        "izo_ref/solvers/sparse.py",
+        "_largest_stack",
+        "np.add.at(taken, above[above >= 0], rest_sizes[above >= 0])",
+        "np.add.at(taken, above[above >= 0], rest_sizes[above > 0])",
+        "A front comes behind those below it, so none is above at number 0.",
+    ),
+    Survivor(
+        "izo_ref/solvers/solve.py",
+        "SERIAL_WORK",
+        "SERIAL_WORK = 20_000",
+        "SERIAL_WORK = (20_000 // 2)",
+        "SERIAL_WORK chooses between one thread and several, which give the same bits.",
+    ),
+    Survivor(
+        "izo_ref/zones/selection.py",
+        "is_deep",
+        "return mean_relative_depth(positions_t0, positions, *own) > DEEP",
+        "return mean_relative_depth(positions_t0, positions, *own) >= DEEP",
+        "A depth that equals DEEP to the bit may count as deep or not.",
+    ),
+    Survivor(
+        "izo_ref/solvers/interior_point.py",
+        "interior_point",
+        "z, slack, multipliers = _move_inside(s, newton, start[0] / scale, start[1] / scale)",
+        "z, slack, multipliers = _move_inside(s, newton, start[0], start[1] / scale)",
+        "The interior point only starts from there; it ends at the same optimum, in other "
+        "numbers of steps.",
+    ),
+    Survivor(
+        "izo_ref/solvers/serial/sweeps.py",
+        "sweeps",
+        "following = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum * momentum))",
+        "following = 0.5 * (1.0 + math.sqrt(1.0 + (0.5 * 4.0) * momentum * momentum))",
+        "The momentum then grows more slowly; sweeps end where the residuals say so, later.",
+    ),
 ]
 
 
