@@ -48,3 +48,30 @@ def test_a_zone_is_aimed_at_again_by_twice_what_was_missed(
     # an aim may be missed by half of the way beyond
     assert tolerances == pytest.approx([1.0 + 0.5 * aim for aim in aims], abs=1e-5)
     assert not left
+
+
+@pytest.mark.parametrize("n_impacts", [1, 2, 3, 4])
+@pytest.mark.parametrize("knows_a_start", [False, True])
+@pytest.mark.parametrize("interior_only", [False, True])
+@pytest.mark.parametrize("pivots", [False, True])
+def test_a_zone_is_pivoted_from_a_start_if_its_constraints_may_be_independent(
+    monkeypatch, n_impacts, knows_a_start, interior_only, pivots
+):
+    """One vertex has three unknowns. Where pivoting gives up, the interior point takes over."""
+    zone = LargeZone(*(np.repeat(part, n_impacts, axis=0) for part in ZONE[:5]), 1)
+    own, asked = (np.array([0.0, 0.0, 1.0]), np.ones(n_impacts), 7), []
+
+    def pivot_from(*_):
+        asked.append("pivoting")
+        return own if pivots else None
+
+    monkeypatch.setattr(large_zone, "pivot_from", pivot_from)
+    monkeypatch.setattr(large_zone, "_sweep", lambda *_: 0)
+    monkeypatch.setattr(large_zone, "is_entangled", lambda _: False)
+    monkeypatch.setattr(large_zone, "interior_point", lambda *_: (*own, True))
+    start = np.full(n_impacts, 0.0 + knows_a_start)
+    found = large_zone.solve_large_zone(zone, start, 1e-9, TOLERANCE, interior_only)
+    tried = knows_a_start and not interior_only and n_impacts < 3
+    assert asked == ["pivoting"] * tried
+    assert found.method == ("pivoting" if tried and pivots else "interior-point")
+    assert (found.solved, found.steps) == (True, 7)
