@@ -35,7 +35,7 @@ def test_a_zone_is_aimed_at_again_by_twice_what_was_missed(
     """Offs and aims are in units of the tolerance; three aims are allowed."""
     left, aimed, tolerances = list(offs), [], []
 
-    def solve(zone, start, gap_tolerance, violation_tolerance, interior_only):
+    def solve(zone, start, gap_tolerance, violation_tolerance, *_):
         aimed.append((zone.rhs[0] - 1.0) / TOLERANCE)
         tolerances.append(violation_tolerance / TOLERANCE)
         z = np.array([0.0, 0.0, 1.0 - left.pop(0) * TOLERANCE])
@@ -57,7 +57,10 @@ def test_a_zone_is_aimed_at_again_by_twice_what_was_missed(
 def test_a_zone_is_pivoted_from_a_start_if_its_constraints_may_be_independent(
     monkeypatch, n_impacts, knows_a_start, interior_only, pivots
 ):
-    """One vertex has three unknowns. Where pivoting gives up, the interior point takes over."""
+    """One vertex has three unknowns. Where pivoting gives up, the interior point takes over.
+
+    The answer of the interior point is polished, unless no other method is allowed.
+    """
     zone = LargeZone(*(np.repeat(part, n_impacts, axis=0) for part in ZONE[:5]), 1)
     own, asked = (np.array([0.0, 0.0, 1.0]), np.ones(n_impacts), 7), []
 
@@ -65,13 +68,19 @@ def test_a_zone_is_pivoted_from_a_start_if_its_constraints_may_be_independent(
         asked.append("pivoting")
         return own if pivots else None
 
+    def polish(_, z, u, *__):
+        asked.append("polish")
+        return z, u
+
     monkeypatch.setattr(large_zone, "pivot_from", pivot_from)
+    monkeypatch.setattr(large_zone, "polish", polish)
     monkeypatch.setattr(large_zone, "_sweep", lambda *_: 0)
     monkeypatch.setattr(large_zone, "is_entangled", lambda _: False)
     monkeypatch.setattr(large_zone, "interior_point", lambda *_: (*own, True))
     start = np.full(n_impacts, 0.0 + knows_a_start)
     found = large_zone.solve_large_zone(zone, start, 1e-9, TOLERANCE, interior_only)
     tried = knows_a_start and not interior_only and n_impacts < 3
-    assert asked == ["pivoting"] * tried
+    polished = not interior_only and n_impacts < 3 and not (tried and pivots)
+    assert asked == ["pivoting"] * tried + ["polish"] * polished
     assert found.method == ("pivoting" if tried and pivots else "interior-point")
     assert (found.solved, found.steps) == (True, 7)
