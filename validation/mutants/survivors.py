@@ -305,6 +305,13 @@ SURVIVORS: list[Survivor] = [
         "following = 0.5 * (1.0 + math.sqrt(1.0 + (0.5 * 4.0) * momentum * momentum))",
         "The momentum then grows more slowly; sweeps end where the residuals say so, later.",
     ),
+    Survivor(
+        "izo_ref/solvers/serial/lagrangian.py",
+        "evaluate",
+        "for i in range(group.rank(), zone.x.size, group.size()):",
+        "for i in range(group.rank(), zone.x.size - 1, group.size()):",
+        "The last three unknowns stand for all pinned vertices, and stay zero.",
+    ),
 ]
 
 
