@@ -70,6 +70,7 @@ def run_random(
         if deep:
             run.stage(COMPILED, run.compiled)
             run.stage(VECTORS, run.by_vectors)
+        json_rows.save(path, made, run.rows())
         return run.rows()
 
 
