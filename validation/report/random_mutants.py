@@ -53,8 +53,8 @@ def page(rows_folder: Path, output: Path) -> Path:
         f"{len(rows)} faults were drawn by operator with seed {rows[0]['seed'] if rows else ''}, "
         "each group of files with its share. Each was put alone into a copy of the repository. "
         "The tests that enter its function ran first, in pure Python, the fastest first; then the "
-        "tests that are too slow for that, compiled; then the vectors. In pure Python, an index out "
-        "of bounds and a quotient by zero end a test, which compiled code may not notice.",
+        "tests that are too slow for that, compiled; then the vectors. In pure Python, an index "
+        "out of bounds and a quotient by zero end a test, which compiled code may not notice.",
         f"**{_share(rows)}** of those that an input can show were caught. {len(reasoned)} others "
         "cannot be shown by any input that is known; the table says why.",
         "## By group",
