@@ -29,7 +29,8 @@ CHOICES = {
 }
 
 # Rules that leave out work which a scene does not need. `izo_ref.plan` says which of them apply to
-# a scene, and why. `closed-form` changes the last digits of the answer; the others change no bit.
+# a scene, and why. `closed-form` changes the last digits of the answer, and `float-verdicts` those
+# of the times of meetings on a path that is not free; the others change no bit.
 RULES = {
     "still": "pairs whose two sides are at rest are not checked",
     "one-box": "a component at rest is one box until something that moves reaches the box",
@@ -110,7 +111,8 @@ class Options:
             on the first run, which cannot be cut: `izo cache fill` compiles beforehand.
         plan: Which of the rules of `RULES` are applied where they can be: `needed` is all of
             them, `everything` is none of them, and a tuple names some of them. This is for
-            comparisons: the answer is the same, except for the last digits with `closed-form`.
+            comparisons: the answer is the same, except for the last digits with `closed-form`. On a
+            path that is not free, `float-verdicts` changes the last digits of `time_free` too.
     """
 
     selection: str = "independent"

@@ -13,6 +13,7 @@ from izo_ref.base import checks
 from izo_ref.base.arrays import Flags, GpuArray, Indices, Multipliers, Positions
 from izo_ref.base.deadline import Deadline, OutOfTimeError
 from izo_ref.base.devices import choose_device, implementation
+from izo_ref.base.errors import ThicknessError
 from izo_ref.base.options import Options
 from izo_ref.base.records import Impacts, SceneArrays, Status, join_impacts
 from izo_ref.base.sizes import scene_in_range, thickness_in_range
@@ -242,8 +243,13 @@ def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Opti
         return thickness
     if len(scene.edges) == 0:
         return 1.0  # without edges and faces nothing can meet, so any thickness will do
-    length = median_length(scene.positions_t0, scene.edges)
-    return checks.thickness(options.thickness_fraction * length)
+    chosen = options.thickness_fraction * median_length(scene.positions_t0, scene.edges)
+    if not 0.0 < chosen < np.inf:
+        raise ThicknessError(
+            f"thickness: the default is {options.thickness_fraction:g} of the median edge length "
+            f"at the start, which is {chosen:g} m here; pass a thickness [m]"
+        )
+    return chosen
 
 
 def _make_cpu_step(

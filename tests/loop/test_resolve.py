@@ -194,6 +194,15 @@ def test_a_method_that_does_not_converge_is_not_called_free(rng):
     assert not result.converged
 
 
+def test_without_a_median_edge_length_a_thickness_has_to_be_passed():
+    """After a collapse, the corners of all faces may coincide; the value was not the caller's."""
+    start = np.array([[0.0, 0, 0], [0, 0, 0], [0, 0, 0], [1, 0, 0]])
+    scene = izo_ref.Scene(start, start, [[0, 1, 2]], initial_intersections="exclude")
+    with pytest.raises(errors.ThicknessError, match=r"the default is .* pass a thickness"):
+        izo_ref.resolve(scene)
+    assert izo_ref.resolve(scene, 0.25).thickness == 0.25
+
+
 def test_the_thickness_has_a_default_and_bad_values_are_refused():
     scene = vertex_over_face()
     lengths = np.linalg.norm(

@@ -23,7 +23,7 @@ def judge_result(scene: Scene, result: Result) -> list[str]:
     """Judge everything that needs no oracle."""
     wrong = finite(result) + consistent(scene, result) + prescribed(scene, result)
     wrong += objective(scene, result)
-    fresh = certify_path(scene, result.positions.copy())
+    fresh = certify_path(scene, result.positions.copy(), result.options.rules)
     if fresh.free != result.certificate.free or fresh.time_free != result.time_free:
         wrong.append(f"fresh certificate: free {fresh.free}, {result.certificate.free} was said")
     if keys_of(fresh.meeting) != keys_of(result.certificate.meeting):

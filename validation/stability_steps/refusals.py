@@ -36,7 +36,9 @@ def judge_refusal(case: Case, step: int, error: IzoError) -> list[str]:
     elif isinstance(error, SizeError):
         right = _size_is_out_of_range(case)
     elif isinstance(error, ThicknessError):
-        right = _thickness_is_out_of_range(case)
+        # the edges of a later step may have no length, and then there is no default
+        has_no_default = case.thickness is None and "the default is" in str(error)
+        right = has_no_default or _thickness_is_out_of_range(case)
     elif isinstance(error, MassError):
         masses = case.masses
         used = np.ones(len(case.positions_t0), bool) if case.pinned is None else ~case.pinned
