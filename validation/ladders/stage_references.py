@@ -28,6 +28,9 @@ from validation.oracles.rational import ExactZone
 # of the motion: ten times `FLAT` of `izo_ref/detection/formulas/frame.py`.
 SIDE = 1e-9
 ZONE_TOLERANCE = 1e-9  # of the largest move; the project promises that of zones
+# Rounding of a gap, over the largest coordinate (`izo_ref/zones/serial/residuals.py`). A move that
+# is no longer than that closes a gap that no float tells.
+GAP_ROUNDING = 32.0 * 2.0**-53
 
 
 class Right(NamedTuple):
@@ -133,13 +136,15 @@ def multipliers(inputs: Inputs, dtype: str = "f8") -> Right:
 
 def optimum(inputs: Inputs, dtype: str = "f8") -> Right:
     """Stage S11, in rational numbers; the bound is what the project promises, ZONE_TOLERANCE."""
-    exact = ExactZone(problem_of(inputs))
+    problem = problem_of(inputs)
+    exact = ExactZone(problem)
     found = exact.solve()
     if found is None:
         return Right({}, {}, None)
     moves = [[float(Fraction(int(x.p), int(x.q))) for x in row] for row in found.moves]
     numbers = np.array(moves).ravel()
     bound = ZONE_TOLERANCE * np.abs(numbers).max(initial=0.0)
+    bound += GAP_ROUNDING * np.abs(problem.proposed).max(initial=0.0)
     return Right({"displacements": numbers}, {"displacements": np.full(len(numbers), bound)})
 
 
