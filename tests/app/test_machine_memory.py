@@ -1,6 +1,7 @@
 """Too little memory: a sentence and exit code 2, nothing lost, and no signal of LLVM."""
 
 import os
+import re
 import subprocess
 import sys
 import threading
@@ -56,7 +57,8 @@ def test_little_address_space_is_a_sentence(room, step, tmp_path):
         assert out.read_bytes()[:2] == b"PK"  # it was enough
         return
     assert done.returncode == 2, done.stderr
-    assert done.stderr.startswith("izo: not enough memory")
+    # the reader of files says which file it was
+    assert re.match("izo: (not enough memory|FileFormatError: .*needs more memory)", done.stderr)
     assert out.read_bytes() == b"old"
     assert sorted(os.listdir(tmp_path)) == ["out.npz", "step.npz"]
 

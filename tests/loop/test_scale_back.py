@@ -89,10 +89,10 @@ def test_groups_in_trouble_halve_their_scale_six_times_and_then_stay_at_the_star
     scale = np.array([1.0, 1.0, 0.5, 0.0, 0.0])  # the vertices of the first group come together
     trouble = np.array([True, False, False, True, False])
     for expected in (0.25, 0.125, 1 / 16, 1 / 32, 1 / 64, 0.0):
-        assert _lower_scales(groups, trouble, scale)
+        assert _lower_scales(groups, trouble, scale, True)
         np.testing.assert_array_equal(scale, [expected, 1.0, expected, 0.0, 0.0])
-    assert not _lower_scales(groups, trouble, scale)
+    assert not _lower_scales(groups, trouble, scale, True)
     scale = np.array([1.0, 1.0, 0.0, 1.0, 0.0])
-    assert _lower_scales(groups, trouble, scale)
+    assert _lower_scales(groups, trouble, scale, True)
     np.testing.assert_array_equal(scale, [0.0, 1.0, 0.0, 0.0, 0.0])
-    assert not _lower_scales(groups, np.zeros(5, bool), np.ones(5))
+    assert not _lower_scales(groups, np.zeros(5, bool), np.ones(5), True)

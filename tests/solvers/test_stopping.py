@@ -68,7 +68,7 @@ def test_the_interior_point_ends_between_its_iterations(rng):
     deadline = Deadline(10.0, clock)
     deadline.begin_stage(9.0)
     with pytest.raises(OutOfTimeError):
-        solve_large_zone(zone, np.zeros(300), 1e-9, 1e-12, True, deadline)
+        solve_large_zone(zone, np.zeros(300), 1e-9, 1e-12, True, deadline=deadline)
 
 
 def test_a_factorisation_that_may_be_stopped_has_the_same_bits(rng):
