@@ -18,6 +18,7 @@ from validation.fuzz.trial import Trial, Wrong
 MakeCall: TypeAlias = Callable[[Rng], Trial]
 THICKNESS_M = 0.01
 ORDINARY = 1e20  # largest coordinate for which every number of an answer has to be finite [m]
+HEAVY = 1e290  # [kg], up to which multipliers of ordinary zones are finite
 EXACT_SHARE = 0.1  # of the scenes whose start is also decided in exact arithmetic
 SIZES = (1.0, 1.0, 1.0, 1e-6, 1e6, 1e-150, 1e150, 1e-305, 1e302)
 
@@ -301,6 +302,7 @@ def zone_trial(rng: Rng) -> Trial:
     tables = [contract.table_of(arguments[k]) for k in ("proposed", "weights", "normals")]
     tables += [contract.table_of(arguments[k]) for k in ("nodes", "masses")]
     mixed = any(t is not None and contract.mixes_flags(t) for t in tables)
+    mixed |= any(map(contract.is_empty_flags, arguments.values()))
     is_open = False
     proposed = contract.table_of(arguments["proposed"])
     is_open |= proposed is not None and not contract.is_ordinary(proposed)
@@ -325,7 +327,9 @@ def zone_problem_of(found: tuple[izo_ref.ZoneProblem, izo_ref.ZoneSolution]) -> 
     if not (_is_finite(solution.positions) and _is_finite(solution.displacements)):
         return "a position is not finite"
     # at extreme sizes, a multiplier that no float can hold becomes infinite (docs/limits)
-    if not _is_finite(solution.multipliers) and np.abs(problem.proposed).max() < ORDINARY:
+    is_ordinary = max(np.abs(problem.proposed).max(), problem.thickness) < ORDINARY
+    is_ordinary &= problem.masses[np.isfinite(problem.masses)].max(initial=0.0) < HEAVY
+    if not _is_finite(solution.multipliers) and is_ordinary:
         return "a multiplier is not finite"
     judged = solution.residuals
     if any(map(math.isnan, judged)):

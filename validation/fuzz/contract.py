@@ -198,9 +198,11 @@ def scene_wrongs(arguments: Mapping[str, Any]) -> list[Wrong] | None:
     wrong = real_wrong("positions_t0", start, (None, 3))
     table = table_of(start)
     if wrong is not None or table is None:
-        return [*wrongs, wrong or Wrong("positions_t0")]
+        mixed = _mixed(arguments, "positions_t0")
+        return None if mixed else [*wrongs, wrong or Wrong("positions_t0")]
     n = table.shape[0]
-    pinned = flags_of(arguments.get("pinned", [False] * n), n)
+    given = arguments.get("pinned")
+    pinned = [False] * n if given is None else flags_of(given, n)
     found = [
         real_wrong("positions_t1", end, (n, 3)),
         face_wrong(faces, n),
@@ -214,14 +216,25 @@ def scene_wrongs(arguments: Mapping[str, Any]) -> list[Wrong] | None:
     named = ("positions_t0", "positions_t1")
     tables = [table_of(arguments[k]) for k in named]
     is_open = any(t is not None and not is_ordinary(t) for t in tables)
+    # a vertex that is welded to a pinned one is pinned, and its mass may be anything
+    welded = arguments.get("weld") is not None
+    sure = [wrong for wrong in wrongs if not (welded and wrong.argument == "masses")]
+    is_open |= len(sure) < len(wrongs)
     if _mixed(arguments, *named, "faces", "masses", "pinned"):
         return None
-    return None if is_open and not wrongs else wrongs
+    return None if is_open and not sure else wrongs
 
 
 def _mixed(arguments: Mapping[str, Any], *names: str) -> bool:
-    tables = [table_of(arguments[name]) for name in names if name in arguments]
-    return any(table is not None and mixes_flags(table) for table in tables)
+    given = [arguments[name] for name in names if name in arguments]
+    tables = [table_of(value) for value in given]
+    mixed = any(table is not None and mixes_flags(table) for table in tables)
+    return mixed or any(map(is_empty_flags, given))
+
+
+def is_empty_flags(value: Any) -> bool:
+    """Return whether a value is an array of flags without any; no page says what that is."""
+    return isinstance(value, np.ndarray) and value.size == 0 and value.dtype == bool
 
 
 def is_ordinary(table: Table) -> bool:
