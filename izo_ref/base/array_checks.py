@@ -215,6 +215,8 @@ def _is_whole(value: Any) -> bool:
     number = real_number(value)
     try:
         return number is not None and number.is_integer() and int(value) == value
+    except MemoryError:
+        raise
     except Exception:  # the code of the caller's own class
         return False
 

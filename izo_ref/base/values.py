@@ -60,6 +60,8 @@ def real_number(value: Any) -> float | None:
     try:
         with np.errstate(all="ignore"):
             return float(value)
+    except MemoryError:
+        raise
     except Exception:  # an integer too large for a float, or the code of the caller's own class
         return None
 
@@ -82,6 +84,8 @@ def as_array(values: Any) -> np.ndarray[Any, Any]:
         ):
             raise ValueError("some entries are masked; replace them by numbers first")
         return np.asarray(values)
+    except MemoryError:  # it is no fault of the values
+        raise
     except Exception as error:  # the conversion may run code of the caller's own class
         raise ValueError(f"{error}".strip() or type(error).__name__) from None
 

@@ -201,3 +201,19 @@ def test_any_value_is_shown_on_one_short_line():
         text = shown(value)
         assert "\n" not in text
         assert len(text) <= 90
+
+
+def test_a_lack_of_memory_is_no_fault_of_the_values():
+    class Large:
+        """An array that finds no memory."""
+
+        def __array__(self, *arguments, **more):
+            raise MemoryError("no room")
+
+        def __float__(self):
+            raise MemoryError("no room")
+
+    with pytest.raises(MemoryError, match="no room"):
+        scene(positions_t0=Large())
+    with pytest.raises(MemoryError, match="no room"):
+        izo_ref.resolve(scene(), Large())

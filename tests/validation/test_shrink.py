@@ -140,7 +140,7 @@ def repr_of(value):
 
 def test_when_the_time_is_over_the_best_so_far_is_the_answer(rng):
     case = layers(rng)
-    best, ended = command.shrink(case, command.STEP, meets, "meets", 0.3, lambda _: None)
+    best, ended = command.shrink(case, command.STEP, meets, "meets", 0.01, lambda _: None)
     assert "not minimal" in ended
     assert meets(best) == "meets"
 
