@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from izo_ref import Scene, certify_path, resolve
+from tests.helpers.rungs import quick_rungs
 from tests.naive.qp import solve_qp
 from validation.ladders.contact import LADDERS
 from validation.ladders.ladder import RIGHT
@@ -12,11 +13,7 @@ from validation.scenes.gadgets import cage, tiles
 from validation.scenes.knots import pulled_knot
 from validation.scenes.layers import THICKNESS_M, layers, ordered
 
-QUICK = [
-    pytest.param(ladder, rung, id=f"{ladder.name}-{rung}")
-    for ladder in LADDERS
-    for rung in ladder.quick
-]
+QUICK = quick_rungs(LADDERS)
 
 
 @pytest.mark.parametrize(("ladder", "rung"), QUICK)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from izo_ref import Scene, certify_path
+from tests.helpers.rungs import quick_rungs
 from tests.naive.qp import solve_qp
 from validation.ladders.geometry import LADDERS
 from validation.ladders.ladder import RIGHT
@@ -15,11 +16,7 @@ from validation.scenes.gadgets import (
 )
 from validation.scenes.shapes import CORNERS, book, fan, soup, tetrahedron, with_parts
 
-QUICK = [
-    pytest.param(ladder, rung, id=f"{ladder.name}-{rung}")
-    for ladder in LADDERS
-    for rung in ladder.quick
-]
+QUICK = quick_rungs(LADDERS)
 
 
 @pytest.mark.parametrize(("ladder", "rung"), QUICK)

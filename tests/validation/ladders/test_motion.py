@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from izo_ref import Scene, certify_path
+from tests.helpers.rungs import quick_rungs
 from validation.ladders.ladder import RIGHT
 from validation.ladders.motion import LADDERS
 from validation.oracles.pairs import meeting_pairs
@@ -15,11 +16,7 @@ from validation.scenes.sweeping import (
     turned_block,
 )
 
-QUICK = [
-    pytest.param(ladder, rung, id=f"{ladder.name}-{rung}")
-    for ladder in LADDERS
-    for rung in ladder.quick
-]
+QUICK = quick_rungs(LADDERS)
 
 
 @pytest.mark.parametrize(("ladder", "rung"), QUICK)
