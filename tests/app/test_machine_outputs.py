@@ -377,7 +377,7 @@ COMMAND = "import sys; from izo_ref.app.cli import entry; entry()"
 def test_odd_outputs_of_a_process(ending, code, words, tmp_path):
     """A command that needs no compiled code; a file that it writes gets nothing that it prints."""
     if not Path("/dev/full").exists():
-        pytest.skip("needs /dev/full")
+        pytest.skip("this system has no /dev/full, the output that is always full")
     picture = tmp_path / "case.svg"
     case = "S7-kink-01"
     words_of_command = f'"{sys.executable}" -c "{COMMAND}" vectors show {case} --picture {picture}'

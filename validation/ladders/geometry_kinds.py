@@ -1,13 +1,9 @@
 """Kinds of defects of a mesh, each with its right status and, where it is resolved, its answer."""
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import Any, NamedTuple
-
 import numpy as np
 
 from validation.ladders.ladder import Outcome, Rung
-from validation.ladders.stacked import FREE, judge_gadget
+from validation.ladders.stacked import FREE, Kind
 from validation.scenes.gadgets import Gadget
 from validation.scenes.shapes import CORNERS, FAR, tetrahedron, with_parts
 
@@ -16,28 +12,13 @@ RATCHET = {"initial_intersections": "ratchet"}
 REFUSED = ("InitialIntersectionError",)
 
 
-class Kind(NamedTuple):
-    """A defect.
-
-    Attributes:
-        scene: Makes the step.
-        statuses: Right statuses.
-        modes: Further arguments of `Scene`.
-    """
-
-    scene: Callable[[], Gadget]
-    statuses: tuple[str, ...] = FREE
-    modes: Mapping[str, Any] = MappingProxyType({})
-
-
 def judge_kind(rung: Rung) -> list[Outcome]:
     """Resolve the step of a kind and judge it.
 
     Args:
         rung: A name of KINDS.
     """
-    kind = KINDS[str(rung)]
-    return judge_gadget(kind.scene(), kind.statuses, modes=kind.modes)
+    return KINDS[str(rung)].judge()
 
 
 def _line(*x: float) -> Gadget:

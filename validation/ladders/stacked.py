@@ -1,7 +1,8 @@
 """Run scenes of layers and of gadgets; several families have ladders of them."""
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +13,26 @@ from validation.scenes import gadgets
 from validation.scenes import layers as layered
 
 FREE = ("FREE",)
+
+
+class Kind(NamedTuple):
+    """A step whose kind has a name: a defect of a mesh, or a start that touches.
+
+    Attributes:
+        scene: Makes the step.
+        statuses: Right statuses.
+        modes: Further arguments of `Scene`.
+    """
+
+    scene: Callable[[], gadgets.Gadget]
+    statuses: tuple[str, ...] = FREE
+    modes: Mapping[str, Any] = MappingProxyType({})
+
+    def judge(self) -> list[Outcome]:
+        """Resolve the step and judge it."""
+        return judge_gadget(self.scene(), self.statuses, modes=self.modes)
+
+
 CERTIFIED = ("FREE", "FREE_BY_FALLBACK")
 # The loop is not convex: its answer is certified free, and may be a little farther from the
 # proposed positions than the best one.

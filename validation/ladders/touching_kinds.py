@@ -1,13 +1,9 @@
 """Kinds of starts that touch exactly, each with its right status and answer."""
 
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
-from typing import Any, NamedTuple
-
 import numpy as np
 
 from validation.ladders.ladder import Outcome, Rung
-from validation.ladders.stacked import FREE, judge_gadget
+from validation.ladders.stacked import FREE, Kind
 from validation.scenes.gadgets import Gadget, edge_on_edge, vertex_on_edge, vertex_on_face
 from validation.scenes.shapes import CORNERS
 
@@ -16,28 +12,13 @@ REFUSED = ("InitialIntersectionError",)
 LEFT_OUT = ("FREE_EXCEPT_EXCLUDED",)
 
 
-class Kind(NamedTuple):
-    """A start that touches.
-
-    Attributes:
-        scene: Makes the step.
-        statuses: Right statuses.
-        modes: Further arguments of `Scene`.
-    """
-
-    scene: Callable[[], Gadget]
-    statuses: tuple[str, ...] = REFUSED
-    modes: Mapping[str, Any] = MappingProxyType({})
-
-
 def judge_kind(rung: Rung) -> list[Outcome]:
     """Resolve the step of a kind and judge it.
 
     Args:
         rung: A name of KINDS.
     """
-    kind = KINDS[str(rung)]
-    return judge_gadget(kind.scene(), kind.statuses, modes=kind.modes)
+    return KINDS[str(rung)].judge()
 
 
 def tip_on_face(end_gap: float) -> Gadget:
@@ -80,22 +61,22 @@ def _corner_on_corner(end_gap: float) -> Gadget:
 
 SQUARE = 0.5 * np.pi
 KINDS: dict[str, Kind] = {
-    "corner on a face, refused": Kind(lambda: tip_on_face(-0.5)),
+    "corner on a face, refused": Kind(lambda: tip_on_face(-0.5), REFUSED),
     "corner on a face, falls": Kind(lambda: tip_on_face(-0.5), FREE, RATCHET),
     "corner on a face, rises": Kind(lambda: tip_on_face(0.5), FREE, RATCHET),
-    "edge on an edge, refused": Kind(lambda: edge_on_edge(2.0, SQUARE, 0.0)),
+    "edge on an edge, refused": Kind(lambda: edge_on_edge(2.0, SQUARE, 0.0), REFUSED),
     "edge on an edge, falls": Kind(lambda: edge_on_edge(2.0, SQUARE, 0.0), FREE, RATCHET),
     "parallel edges, falls": Kind(lambda: edge_on_edge(1.0, 0.0, 0.0), FREE, RATCHET),
-    "corner on an edge in one plane, refused": Kind(lambda: vertex_on_edge(0.0, -0.5)),
+    "corner on an edge in one plane, refused": Kind(lambda: vertex_on_edge(0.0, -0.5), REFUSED),
     "corner on an edge in one plane, goes on": Kind(
         lambda: vertex_on_edge(0.0, -0.5), FREE, RATCHET
     ),
     "corner on an edge in one plane, leaves": Kind(lambda: vertex_on_edge(0.0, 0.5), FREE, RATCHET),
-    "corner on a corner, refused": Kind(lambda: _corner_on_corner(0.5)),
+    "corner on a corner, refused": Kind(lambda: _corner_on_corner(0.5), REFUSED),
     "corner on a corner, leaves": Kind(lambda: _corner_on_corner(0.5), FREE, RATCHET),
     "vertex without faces on a face, falls": Kind(
         lambda: _as_proposed(vertex_on_face(CORNERS, 0.0, -0.5)), LEFT_OUT, RATCHET
     ),
-    "face in the plane of a face, refused": Kind(lambda: _in_the_plane(0.5)),
+    "face in the plane of a face, refused": Kind(lambda: _in_the_plane(0.5), REFUSED),
     "face in the plane of a face, leaves": Kind(lambda: _in_the_plane(0.5), LEFT_OUT, RATCHET),
 }
