@@ -9,8 +9,8 @@ cannot be written, numba takes other folders, whose code may be that of earlier 
   missing, and its code is compiled again;
 * a file that cannot be written is a line on the standard error, once, and no error.
 
-Checking takes 0.1 ms a file. The digest says that a file is whole, not who wrote it: that is what
-the folder is for.
+The digest takes 0.03 ms a file, of 40 kB on average. It says that a file is whole, not who wrote
+it: that is what the folder is for.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ SURVIVORS: list[Survivor] = [
         "smallest = values[0] - (24 + 8 * count) * count * U",
         "smallest = values[0] - ((8 * count)) * count * U",
         "The worst case of the entries, 24 u each, is far from what rounding does: in 20,800 "
-        "random zones with dependent rows, the smallest computed eigenvalue is at most 1.1 "
+        "random matrices with dependent rows, the smallest computed eigenvalue is at most 1.1 "
         "count^2 u.",
     ),
     Survivor(
