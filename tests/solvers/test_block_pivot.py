@@ -8,7 +8,7 @@ from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.solvers.serial.active_set import active_set, work_of_active_set
 from izo_ref.solvers.serial.block_pivot import block_pivot, work_of_block_pivot
 from izo_ref.solvers.serial.constraints import NOT_CONVERGED, SOLVED
-from izo_ref.solvers.solve import solve_system
+from izo_ref.solvers.solve import solve_system, solve_zone
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import problem_system
 from tests.helpers.shapes import random_problem
@@ -110,6 +110,23 @@ def test_an_infeasible_zone_is_reported_unsolved():
     rows = [[0, 1, 2, 3]] * 2, [[1.0, -0.2, -0.3, -0.5]] * 2, [[0, 0, 1.0], [0, 0, -1.0]]
     zone = ZoneProblem(*rows, np.zeros((4, 3)), np.ones(4), 0.1)
     assert pivoted(zone)[0] == NOT_CONVERGED
+
+
+@pytest.mark.parametrize("angle", [0.1, 0.01, 0.003])
+def test_half_spaces_that_contradict_each_other_in_a_plane_send_nothing_far_away(rng, angle):
+    """Rounding lifts one of three half-spaces out of the plane of the others by 1e-16 / angle.
+
+    Seen as independent, it could be satisfied 1e13 m away, where the three nearly meet.
+    """
+    normals = [[1, 0, 0], [-np.cos(angle), np.sin(angle), 0], [0, -1, 0]]
+    nodes, weights = [[0, 1, 2, 3]] * 3, [[1.0, -0.25, -0.25, -0.5]] * 3
+    masses = np.array([1.0, *[np.inf] * 3])
+    for _ in range(100):
+        turned = normals @ np.linalg.qr(rng.normal(size=(3, 3)))[0]
+        zone = ZoneProblem(nodes, weights, turned, np.zeros((4, 3)), masses, 1e-3)
+        found = solve_zone(zone, "active-set")
+        assert not found.feasible
+        assert np.abs(found.displacements).max() < 0.1 / angle
 
 
 def test_the_active_set_takes_fewer_steps_from_a_guess(rng):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from izo_ref.solvers import large_zone as large
+from izo_ref.solvers.interior_point import interior_point
 from izo_ref.solvers.large_zone import is_entangled, solve_large_zone
 from izo_ref.solvers.solve import solve_zone
 from tests.helpers.shapes import large_zone, random_problem
@@ -192,6 +193,19 @@ def test_the_interior_point_solves_a_zone_that_sweeps_solve_exactly(rng, copies)
     optimum = zone.solve()
     assert found.residuals.solved(1e-9, 1e-9)
     assert zone.relative_error(found.displacements, optimum) <= 1e-14
+
+
+@pytest.mark.parametrize("unit", [2.0**-20, 2.0**10])
+def test_the_interior_point_takes_the_same_iterations_in_any_unit(rng, unit):
+    zone = large_zone(chain_zone(rng, 300))
+    u = np.maximum(zone.rhs, 0.0)
+    z, multipliers, *counts = interior_point(zone, (zone.pull(u), u), 1e-9, 1e-9)
+    other = zone._replace(rhs=unit * zone.rhs)
+    start = other.pull(unit * u), unit * u
+    z_there, multipliers_there, *counts_there = interior_point(other, start, 1e-9, unit * 1e-9)
+    assert counts == counts_there
+    np.testing.assert_array_equal(z_there, unit * z)
+    np.testing.assert_array_equal(multipliers_there, unit * multipliers)
 
 
 @pytest.mark.parametrize("mass_ratio", [1e8, 1e10, 1e12])

@@ -272,21 +272,6 @@ SURVIVORS: list[Survivor] = [
         "A depth that equals DEEP to the bit may count as deep or not.",
     ),
     Survivor(
-        "izo_ref/solvers/interior_point.py",
-        "interior_point",
-        "z, slack, multipliers = _move_inside(s, newton, start[0] / scale, start[1] / scale)",
-        "z, slack, multipliers = _move_inside(s, newton, start[0], start[1] / scale)",
-        "The interior point only starts from there; it ends at the same optimum, in other "
-        "numbers of steps.",
-    ),
-    Survivor(
-        "izo_ref/solvers/serial/sweeps.py",
-        "sweeps",
-        "following = 0.5 * (1.0 + math.sqrt(1.0 + 4.0 * momentum * momentum))",
-        "following = 0.5 * (1.0 + math.sqrt(1.0 + (0.5 * 4.0) * momentum * momentum))",
-        "The momentum then grows more slowly; sweeps end where the residuals say so, later.",
-    ),
-    Survivor(
         "izo_ref/solvers/serial/lagrangian.py",
         "evaluate",
         "for i in range(group.rank(), zone.x.size, group.size()):",
