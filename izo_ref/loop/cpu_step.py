@@ -26,7 +26,7 @@ from izo_ref.loop.step import Step
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
-from izo_ref.zones.selection import is_deep, select_impacts
+from izo_ref.zones.selection import find_deep_impacts, select_impacts
 from izo_ref.zones.serial.selection import hopeful_impacts, prescribed_impacts
 from izo_ref.zones.system import zone_system
 
@@ -87,7 +87,7 @@ class CpuStep(Step):
         self.multipliers, self.starts = multipliers, np.zeros(len(multipliers))
         self.active = multipliers > 0.0
         self.stuck = np.zeros(len(self.scene.pinned), bool)
-        self._is_deep: bool | None = None  # None before the first impacts are selected
+        self.known_depths = np.zeros(len(self.scene.pinned), np.int32)
 
     def relinearize(self) -> None:
         """Go back to the proposed positions, and linearize the tight impacts anew."""
@@ -146,10 +146,11 @@ class CpuStep(Step):
         own = self.found.nodes, self.found.weights, self.found.normals
         can_help = np.empty(len(self.found.toi), bool)
         hopeful_impacts(self.positions, *own, self.stuck, self._thickness, can_help)
-        hopeful = self.found.take(can_help)
-        if self._is_deep is None:
-            self._is_deep = is_deep(self.found, self.scene.positions_t0, self.positions)
-        kept = select_impacts(hopeful, self.scene.pinned, self._options.selection, self._is_deep)
+        hopeful, selection, deep = self.found.take(can_help), self._options.selection, None
+        if selection == "independent":
+            state = self.positions, self.known_depths
+            deep = find_deep_impacts(self.scene, self.found, *state)[can_help]
+        kept = select_impacts(hopeful, self.scene.pinned, selection, deep)
         self.impacts = join_impacts((self.impacts, hopeful.take(kept)))
         return int(np.count_nonzero(kept))
 

@@ -24,6 +24,7 @@ from izo_ref.base.gpu_arrays import (
     offsets_of,
     positions_of,
     reduce,
+    take,
     to_cpu,
     to_gpu,
 )
@@ -45,7 +46,7 @@ from izo_ref.solvers.gpu_constraints import GpuConstraints, Members
 from izo_ref.solvers.gpu_solve import solve_zones
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.gpu_grouping import blocks_of, build_zones, choose_zones
-from izo_ref.zones.gpu_selection import is_deep, select_impacts
+from izo_ref.zones.gpu_selection import find_deep_impacts, select_impacts
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.system import zone_system
 
@@ -89,7 +90,7 @@ class GpuStep(Step):
         self.active = empty(self.n_impacts, np.bool_)
         kernels.flag_positive[self.n_impacts](multipliers, self.active)
         self.stuck = full(self._n, False, np.bool_)
-        self._is_deep: bool | None = None  # None before the first impacts are selected
+        self.known_depths = full(self._n, 0, np.int32)
 
     def relinearize(self) -> None:
         """Go back to the proposed positions, and linearize the tight impacts anew."""
@@ -167,9 +168,11 @@ class GpuStep(Step):
         kernels.flag_hopeful_impacts[n](self.positions, *own, self.stuck, self._thickness, hopeful)
         index = flatnonzero(hopeful)
         new = self.found if index.shape[0] == n else take_impacts(self.found, index)
-        if self._is_deep is None:
-            self._is_deep = is_deep(self.found, self._start, self.positions)
-        kept = select_impacts(new, self._pinned, self._options.selection, self._is_deep)
+        selection, deep = self._options.selection, None
+        if selection == "independent":
+            state = self.positions, self._pinned, self.known_depths
+            deep = take(find_deep_impacts(self.found, self._start, *state), index)
+        kept = select_impacts(new, self._pinned, selection, deep)
         new = take_impacts(new, kept)
         self.impacts = concatenate_impacts(self.impacts, new)
         return new.toi.shape[0]
@@ -304,7 +307,7 @@ class GpuStep(Step):
         same.positions = to_cpu(self.positions)
         same.impacts = impacts_to_cpu(self.impacts)
         same.multipliers, same.active = to_cpu(self.multipliers), to_cpu(self.active)
-        same.stuck = to_cpu(self.stuck)
+        same.stuck, same.known_depths = to_cpu(self.stuck), to_cpu(self.known_depths)
         same.longest = (to_cpu(self.longest[0]), self.longest[1])
         same.n_left = self.n_left
         return same

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from izo_ref.base.arrays import Flags, Indices, Multipliers, Positions
+from izo_ref.base.arrays import Flags, Indices, Ints, Multipliers, Positions
 from izo_ref.base.records import DetectionCounts, Impacts, SceneArrays
 
 
@@ -24,6 +24,7 @@ class Step(Protocol):
         multipliers: (n_impacts,) f8 [kg].
         active: (n_impacts,) b1, impacts that hold the positions.
         stuck: (n_vertices,) b1, vertices of zones that no positions satisfy.
+        known_depths: (n_vertices,) i4, whether each vertex was in a deep zone.
         found: Impacts of the last detection, without those that have pinned vertices only.
         longest: The end positions whose path was free for the longest time, and that time.
         n_left: Number of zones that a GPU left to the CPU.
@@ -35,6 +36,7 @@ class Step(Protocol):
     multipliers: Multipliers
     active: Flags
     stuck: Flags
+    known_depths: Ints
     found: Impacts
     longest: tuple[Positions, float]
     n_left: int

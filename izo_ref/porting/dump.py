@@ -162,7 +162,14 @@ class _Judge:
             self.notes.append(f"{name}: the rule of selection {rule!r} is not known")
             rule = None
         problem, nearest = zones.judge_selection(
-            self._scene, found, self._end, hopeful, selected, rule, dump.thickness
+            self._scene,
+            found,
+            self._end,
+            hopeful,
+            dump.flags(f"{name}/found/deep"),
+            selected,
+            rule,
+            dump.thickness,
         )
         note = "" if rule else f"the dump names no rule; the nearest one is {nearest!r}"
         given = "the port's impacts"

@@ -16,7 +16,7 @@ from izo_ref.loop.step import Step
 from izo_ref.porting.trace_files import TraceFolder
 from izo_ref.scene import Scene
 from izo_ref.zones.grouping import Zones, build_zones
-from izo_ref.zones.selection import is_deep
+from izo_ref.zones.serial.deep_selection import DEEP
 from izo_ref.zones.serial.selection import hopeful_impacts
 
 
@@ -95,16 +95,12 @@ class _RecordedStep:
         step: The step that runs.
         recorder: What writes the arrays.
         round_number: `round` of the iterations, as for `Iteration`.
-        deep: Whether the step is deep; None before the first impacts are selected.
     """
 
-    def __init__(
-        self, step: Step, recorder: Recorder, round_number: int = 0, deep: bool | None = None
-    ) -> None:
+    def __init__(self, step: Step, recorder: Recorder, round_number: int = 0) -> None:
         """Keep the step."""
         self._step: Step
-        own = {"_step": step, "_recorder": recorder, "_round": round_number, "_deep": deep}
-        self.__dict__.update(own)
+        self.__dict__.update(_step=step, _recorder=recorder, _round=round_number)
 
     def __getattr__(self, name: str) -> Any:
         """Return an attribute of the step."""
@@ -128,22 +124,22 @@ class _RecordedStep:
         return counts
 
     def select(self) -> int:
-        """Select, and record which impacts could be mended and which were selected."""
+        """Select, and record which impacts could be mended, are deep, and were selected."""
         step, recorder = self._step, self._recorder
         found, positions = _impacts_on_cpu(step.found), _on_cpu(step.positions)
         hopeful = np.empty(len(found.toi), bool)
         own = found.nodes, found.weights, found.normals
         stuck = _on_cpu(step.stuck)
         hopeful_impacts(positions, *own, stuck, recorder.thickness, hopeful)
-        if self._deep is None:
-            self.__dict__["_deep"] = is_deep(found, step.scene.positions_t0, positions)
         n_before = step.n_impacts
         count = step.select()
         added = _impacts_on_cpu(step.impacts).take(np.arange(n_before, n_before + count))
         names = set(_names(added))
         recorder.write("found", hopeful=hopeful, selected=[name in names for name in _names(found)])
-        deep = self._deep and recorder.selection == "independent"
-        recorder.note(selection="deep" if deep else recorder.selection, selected=count)
+        if recorder.selection == "independent":
+            is_deep = _on_cpu(step.known_depths) == DEEP
+            recorder.write("found", deep=is_deep[found.nodes].any(axis=1))
+        recorder.note(selection=recorder.selection, selected=count)
         return count
 
     def solve(self, first_new: int) -> tuple[int, int]:
@@ -160,7 +156,7 @@ class _RecordedStep:
 
     def relinearize(self) -> None:
         """Linearize anew; the new weights and normals are recorded when the zones are solved."""
-        self.__dict__.update(_round=self._round + 1, _deep=None)
+        self.__dict__["_round"] = self._round + 1
         self._step.relinearize()
         self._recorder.begin("relinearize", self._round)
 
@@ -172,7 +168,7 @@ class _RecordedStep:
 
     def to_cpu(self) -> Step:
         """Return the same step on the CPU, which records itself too."""
-        same = _RecordedStep(self._step.to_cpu(), self._recorder, self._round, self._deep)
+        same = _RecordedStep(self._step.to_cpu(), self._recorder, self._round)
         return cast("Step", same)
 
 

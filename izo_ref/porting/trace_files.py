@@ -8,7 +8,8 @@ of `stages.py`:
     scene/              positions_t0, positions_t1, faces, masses, pinned, thickness
     iteration-0001/     positions_t1: end of the path that was examined
       found/            nodes, edge_edge_impacts, toi, weights, normals: the impacts of that path;
-                        hopeful: those that a solver could mend; selected: those that enter zones
+                        hopeful: those that a solver could mend; deep: those of deep zones;
+                        selected: those that enter zones
       zones/            nodes, edge_edge_impacts, toi, weights, normals of all impacts in zones;
                         zone_of_impact
                         positions, multipliers, objective: after the zones were solved

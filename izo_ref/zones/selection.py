@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from izo_ref.base.arrays import Flags, Positions
-from izo_ref.base.records import Impacts
-from izo_ref.zones.serial.deep_selection import DEEP, early_impacts, mean_relative_depth
+from izo_ref.base.arrays import Flags, Ints, Positions
+from izo_ref.base.records import Impacts, SceneArrays
+from izo_ref.zones.grouping import build_zones
+from izo_ref.zones.serial.deep_selection import decide_depths, early_impacts, relative_depths
 from izo_ref.zones.serial.selection import select_in_order
 
 
-def select_impacts(impacts: Impacts, pinned: Flags, selection: str, deep: bool = False) -> Flags:
+def select_impacts(
+    impacts: Impacts, pinned: Flags, selection: str, deep: Flags | None = None
+) -> Flags:
     """Select the impacts that enter the zones.
 
     An earlier impact deflects the path. A pair that meets later on the old path may then not meet
@@ -23,16 +26,20 @@ def select_impacts(impacts: Impacts, pinned: Flags, selection: str, deep: bool =
         selection: `independent` takes impacts in the order of their times, and none that shares an
             unpinned vertex with one taken before. `first-of-any` takes an impact if it is the
             earliest for at least one of its unpinned vertices. `all` takes all.
-        deep: Whether the step is deep; `independent` then takes other impacts, see
-            `_select_deep_impacts`.
+        deep: (n_impacts,) b1, the impacts of deep zones, of which `independent` takes others (see
+            `_select_deep_impacts`); None if there are none. They share no unpinned vertex with the
+            rest.
 
     Returns:
         (n_impacts,) b1, the impacts to keep.
     """
     if selection == "all":
         return np.ones(len(impacts.toi), bool)
-    if deep and selection == "independent":
-        return _select_deep_impacts(impacts, pinned)
+    if deep is not None and deep.any() and selection == "independent":
+        selected = np.empty(len(impacts.toi), bool)
+        selected[deep] = _select_deep_impacts(impacts.take(deep), pinned)
+        selected[~deep] = select_impacts(impacts.take(~deep), pinned, selection)
+        return selected
     selected = np.empty(len(impacts.toi), bool)
     select_in_order(
         np.argsort(impacts.toi, kind="stable"),
@@ -45,20 +52,34 @@ def select_impacts(impacts: Impacts, pinned: Flags, selection: str, deep: bool =
     return selected
 
 
-def is_deep(impacts: Impacts, positions_t0: Positions, positions: Positions) -> bool:
-    """Return whether the impacts are far deeper than their edges are long, on average.
+def find_deep_impacts(
+    scene: SceneArrays, impacts: Impacts, positions: Positions, known_out: Ints
+) -> Flags:
+    """Find the impacts of deep zones.
+
+    A zone is deep if one of its vertices was in a deep zone before. If none of its vertices was in
+    any zone before, it is deep if its impacts are far deeper than their edges are long, on average.
 
     Args:
-        impacts: The impacts found.
-        positions_t0: (n_vertices, 3) f8 [m], start of the path.
+        scene: The scene.
+        impacts: The impacts found on the path to `positions`.
         positions: (n_vertices, 3) f8 [m], end of the path.
+        known_out: (n_vertices,) i4, what is known of each vertex; zeros at first. That of the
+            vertices of impacts is written.
+
+    Returns:
+        (n_impacts,) b1.
     """
-    own = impacts.nodes, impacts.is_edge_edge, impacts.weights, impacts.normals
-    return mean_relative_depth(positions_t0, positions, *own) > DEEP
+    n, own = len(impacts.toi), (impacts.nodes, impacts.is_edge_edge, impacts.weights)
+    zones, depths, deep = build_zones(scene, impacts), np.empty(n), np.zeros(n, bool)
+    relative_depths(scene.positions_t0, positions, *own, impacts.normals, depths)
+    blocks = zones.impacts, zones.impact_offsets
+    decide_depths(*blocks, depths, impacts.nodes, scene.pinned, known_out, deep)
+    return deep
 
 
 def _select_deep_impacts(impacts: Impacts, pinned: Flags) -> Flags:
-    """Select the impacts that enter the zones in a deep step.
+    """Select the impacts that enter deep zones.
 
     `zones/serial/deep_selection.py` says which, and why. Of the impacts that need not wait, each is
     taken that is the first for at least one of its main vertices, those of vertices with faces

@@ -40,7 +40,7 @@ def first_of_any(toi, nodes, pinned):
 
 
 def first_of_main_vertices(toi, nodes, weights, is_edge_edge, pinned, soon):
-    """Take impacts as in a deep step.
+    """Take impacts as in a deep zone.
 
     An impact counts for the unpinned vertex of the largest weight on each side. It waits if one of
     these meets something earlier, by more than a factor. Of the others, an impact is taken if it is

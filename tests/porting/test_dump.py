@@ -20,7 +20,7 @@ from tests.helpers.steps import SEED
 from tests.helpers.traced import NAMES, scenes
 
 FIRST = "iteration-0001"
-FOUND = ("nodes", "edge_edge_impacts", "toi", "weights", "normals", "hopeful", "selected")
+FOUND = ("nodes", "edge_edge_impacts", "toi", "weights", "normals", "hopeful", "deep", "selected")
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +85,21 @@ def test_a_trace_without_new_normals_and_with_every_rule_agrees(rng, tmp_path):
         assert any(selection in note for note in notes)
 
 
+def test_what_enters_deep_zones_is_judged_by_their_rule(rng, tmp_path):
+    scene, thickness, options = scenes(rng)["deep"]
+    trace_resolve(scene, tmp_path / "trace", thickness, options=options)
+    arrays = load_arrays(tmp_path / "trace")
+    for name in [name for name in arrays if name.endswith("found/deep")]:
+        (tmp_path / "trace" / f"{name}.npy").unlink()
+    index = (tmp_path / "trace" / "index.json").read_text()
+    (tmp_path / "trace" / "index.json").unlink()
+    report = judge_dump(tmp_path / "trace")  # a port that names neither zones nor rule
+    assert report.agrees, report.text()
+    assert any("'deep'" in finding.note for finding in report.findings)
+    (tmp_path / "trace" / "index.json").write_text(index)  # the rule is `independent`
+    assert ("S4", f"{FIRST}/found/selected") in differing(judge_dump(tmp_path / "trace"))
+
+
 def test_rows_may_come_in_any_order_and_sides_too(arrays, judge):
     rows = np.argsort(found(arrays, "toi"), kind="stable")[::-1]
     for name in FOUND:
@@ -119,7 +134,7 @@ def add_a_pair(arrays):
         if np.abs(start[face] - start[vertex]).max() > 0.8 and (vertex, *sorted(face)) not in listed
     ]
     new = {"nodes": far[0], "edge_edge_impacts": False, "toi": 0.5, "weights": [1, 0, 0, -1]}
-    new |= {"normals": [0, 0, 1], "hopeful": False, "selected": False}
+    new |= {"normals": [0, 0, 1], "hopeful": False, "deep": False, "selected": False}
     for name in FOUND:
         key = f"{FIRST}/found/{name}"
         row = np.asarray(new[name], arrays[key].dtype)

@@ -81,10 +81,11 @@ def test_iterations_are_those_of_the_history(rng, tmp_path, name):
     fail_safe = [row for row in rows if row["kind"] == "scale-back"]
     assert (len(fail_safe) > 0) == (name in ("scaled back", "blocked"))
     if name == "deep":
-        assert detections[0]["selection"] == "deep"
+        first = f"{detections[0]['folder']}/found/deep"
+        assert load_arrays(tmp_path / "trace")[first].all()
 
 
-@pytest.mark.parametrize("name", ["sheets", "pinned", "all", "welded", "tiny"])
+@pytest.mark.parametrize("name", ["sheets", "pinned", "all", "welded", "tiny", "deep"])
 def test_stages_follow_from_the_arrays_before_them(rng, tmp_path, name):
     scene, thickness, options = scenes(rng)[name]
     trace_resolve(scene, tmp_path / "trace", thickness, options=options)
@@ -103,7 +104,9 @@ def test_stages_follow_from_the_arrays_before_them(rng, tmp_path, name):
             assert [times[key] for key in keys(found)] == pytest.approx(list(found.toi), abs=1e-12)
         if f"{folder}/found/selected" in arrays:
             hopeful = arrays[f"{folder}/found/hopeful"]
-            chosen = select_impacts(found.take(hopeful), again.pinned, row["selection"])
+            deep = arrays.get(f"{folder}/found/deep")
+            deep = None if deep is None else deep[hopeful]
+            chosen = select_impacts(found.take(hopeful), again.pinned, row["selection"], deep)
             assert np.array_equal(arrays[f"{folder}/found/selected"][hopeful], chosen)
             assert not arrays[f"{folder}/found/selected"][~hopeful].any()
         if f"{folder}/zones/zone_of_impact" in arrays:

@@ -8,14 +8,14 @@ from izo_ref.base.records import Impacts
 from izo_ref.zones import grouping as zones
 from izo_ref.zones import selection
 from izo_ref.zones.gpu_grouping import build_zones
-from izo_ref.zones.gpu_selection import is_deep, select_impacts
+from izo_ref.zones.gpu_selection import find_deep_impacts, select_impacts
 
 
 class Scene:
-    """The part of a scene that zones read."""
+    """The part of a scene that zones and the selection read."""
 
-    def __init__(self, pinned):
-        self.pinned = pinned
+    def __init__(self, pinned, positions_t0=None):
+        self.pinned, self.positions_t0 = pinned, positions_t0
 
 
 def random_impacts(rng, n, n_vertices):
@@ -43,33 +43,44 @@ def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
 
 
 @pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
-def test_the_same_impacts_are_selected_in_a_deep_step(rng, n, n_vertices):
+def test_the_same_impacts_are_selected_in_deep_zones(rng, n, n_vertices):
     impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
     inside = rng.dirichlet([1.0, 1.0, 1.0], n)
     edges = np.column_stack((inside[:, 0], 1.0 - inside[:, 0], -inside[:, 1], inside[:, 1] - 1.0))
     faces = np.column_stack((np.ones(n), -inside))
     impacts = impacts._replace(weights=np.where(impacts.is_edge_edge[:, None], edges, faces))
     impacts = impacts.take(~pinned[impacts.nodes].all(axis=1))
-    chosen = to_cpu(select_impacts(on_gpu(impacts), to_gpu(pinned), "independent", deep=True))
-    expected = selection.select_impacts(impacts, pinned, "independent", deep=True)
-    assert np.array_equal(chosen, np.flatnonzero(expected))
+    components = zones.build_zones(Scene(pinned), impacts)
+    some = np.zeros(len(impacts.toi), bool)
+    for zone in range(0, len(components), 2):
+        some[components.impacts_of(zone)] = True
+    for deep in (some, np.ones(len(some), bool), np.zeros(len(some), bool)):
+        own = to_gpu(pinned), "independent", to_gpu(deep)
+        chosen = to_cpu(select_impacts(on_gpu(impacts), *own))
+        expected = selection.select_impacts(impacts, pinned, "independent", deep)
+        assert np.array_equal(chosen, np.flatnonzero(expected))
 
 
-@pytest.mark.parametrize("n", [0, 1, 40])
-def test_the_same_steps_are_deep(rng, n):
-    impacts, start = random_impacts(rng, n, 12), rng.normal(size=(12, 3))
-    weights = rng.normal(size=(n, 4))
+@pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (40, 12), (25, 90)])
+def test_the_same_zones_are_deep(rng, n, n_vertices):
+    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
+    weights, start = rng.normal(size=(n, 4)), rng.normal(size=(n_vertices, 3))
     impacts = impacts._replace(
         weights=weights - weights.mean(axis=1)[:, None], normals=rng.normal(size=(n, 3))
     )
-    answers = set()
+    known, answers = np.zeros(n_vertices, np.int32), set()
+    on_device = to_gpu(known)
     for scale in (1.0, 1e3, -1e3):
-        end = scale * start
-        answers.add(selection.is_deep(impacts, start, end))
-        assert is_deep(on_gpu(impacts), to_gpu(start), to_gpu(end)) == selection.is_deep(
-            impacts, start, end
-        )
-    assert len(answers) == (1 if n == 0 else 2)
+        for fresh in (True, False):
+            if fresh:
+                known, on_device = np.zeros(n_vertices, np.int32), to_gpu(0 * known)
+            end, before = scale * start, on_gpu(impacts)
+            deep = selection.find_deep_impacts(Scene(pinned, start), impacts, end, known)
+            state = to_gpu(start), to_gpu(end), to_gpu(pinned), on_device
+            assert np.array_equal(to_cpu(find_deep_impacts(before, *state)), deep)
+            assert np.array_equal(to_cpu(on_device), known)
+            answers.update(deep.tolist())
+    assert len(answers) == (0 if n == 0 else 2)
 
 
 @pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])

@@ -8,7 +8,7 @@ import pytest
 
 import izo_ref
 from izo_ref import Status
-from izo_ref.base.errors import InitialIntersectionError, MassError, SizeError
+from izo_ref.base.errors import InitialIntersectionError, MassError, SizeError, WeldError
 from tests.helpers.shapes import two_sheets, vertex_over_face
 from validation.rows import Rows
 from validation.stability_steps import __main__ as command
@@ -151,6 +151,17 @@ def test_a_refusal_of_what_is_allowed_is_found():
     assert refusals.judge_refusal(crossing, 0, refused.value) == []
     apart = crossing.change(positions_t0=start + (np.arange(6) > 2)[:, None] * 5.0)
     assert rules(refusals.judge_refusal(apart, 0, refused.value)) == {"refused"}
+
+
+def test_a_seam_that_a_later_step_tears_open_may_be_refused():
+    start = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0], [1, 0, 0], [1, 1, 0]])
+    faces, torn = np.array([[0, 1, 2], [4, 5, 3]]), start.copy()
+    torn[3, 2] = 0.5
+    error = WeldError("expected welded vertices at one place")
+    for weld, end, wrong in ((0.0, torn, []), (0.0, start, ["refused"]), (None, torn, ["refused"])):
+        modes = {"weld": weld}
+        case = Case(positions_t0=start, ends=(start, end), faces=faces, modes=modes)
+        assert list(rules(refusals.judge_refusal(case, 1, error))) == wrong
 
 
 def test_a_case_that_crashes_or_hangs_is_a_row(tmp_path, monkeypatch):

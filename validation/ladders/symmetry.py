@@ -242,13 +242,12 @@ LADDERS: list[Ladder] = [
     _ladder(
         "another step beside it, by depth",
         "An ever deeper step is resolved alone, and together with a light step 64 m away. The "
-        "error is the largest deviation of its answer. Its objective is as good. Two decisions are "
-        "taken for the whole scene: whether a step is deep, from the mean of all impacts, and "
-        "whether a round of new normals pays.",
+        "error is the largest deviation of its answer. Its objective is as good. One decision is "
+        "taken for the whole scene: whether a round of new normals pays.",
         DEPTHS,
         _depth_beside,
+        quick=(32.0,),
         unit="depth / edge length",
-        wanted=8.0,
     ),
     *symmetry_of_zones.LADDERS,
     *symmetry_of_pairs.LADDERS,

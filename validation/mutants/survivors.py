@@ -265,13 +265,6 @@ SURVIVORS: list[Survivor] = [
         "SERIAL_WORK chooses between one thread and several, which give the same bits.",
     ),
     Survivor(
-        "izo_ref/zones/selection.py",
-        "is_deep",
-        "return mean_relative_depth(positions_t0, positions, *own) > DEEP",
-        "return mean_relative_depth(positions_t0, positions, *own) >= DEEP",
-        "A depth that equals DEEP to the bit may count as deep or not.",
-    ),
-    Survivor(
         "izo_ref/solvers/serial/lagrangian.py",
         "evaluate",
         "for i in range(group.rank(), zone.x.size, group.size()):",

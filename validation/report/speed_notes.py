@@ -46,7 +46,7 @@ These changes helped and are in use:
   impacts for both kinds of pairs. A step of 404 triangles takes 2.4 ms inside a process instead of
   5.0, and `Scene` 0.85 ms instead of 1.3; steps of 10,000 to 20,000 triangles take 0.75 to 0.85 of
   the time. Twelve more functions are compiled in a first step, which costs 5 CPU s.
-* A selection of its own for deep steps, where impacts are more than eight edges deep on average
+* A selection of its own for deep zones, where impacts are more than eight edges deep on average
   (`zones/serial/deep_selection.py`), and an aim beyond the thickness where rounding is as large as
   the tolerance. A sheet that falls by 100 m through nine others, 5 cm apart, ends free after 10
   iterations and 0.3 s. It took 18 s and ended in the fail-safe, at an objective that is 3 % higher.

@@ -44,7 +44,7 @@ def judge_refusal(case: Case, step: int, error: IzoError) -> list[str]:
         used = np.ones(len(case.positions_t0), bool) if case.pinned is None else ~case.pinned
         right = masses is not None and not masses[used].max() <= masses[used].min() * 2.0**RATIO
     elif isinstance(error, WeldError):
-        right = bool(case.modes.get("weld"))
+        right = bool(case.modes.get("weld")) or (step > 0 and _copies_part(case, step))
     elif isinstance(error, DegenerateFaceError):  # no face is drawn so; welding joins its corners
         right = case.modes.get("weld") is not None
     elif isinstance(error, NonFiniteError):
@@ -52,6 +52,16 @@ def judge_refusal(case: Case, step: int, error: IzoError) -> list[str]:
     elif isinstance(error, UncertifiedStartError):
         right = False  # `after` is called with free results only
     return [] if right else [f"refused: {type(error).__name__}: {str(error)[:200]}"]
+
+
+def _copies_part(case: Case, step: int) -> bool:
+    """Return whether vertices that are welded without tolerance have different ends in a step."""
+    if case.modes.get("weld") is None:
+        return False
+    first = np.hstack((case.positions_t0, case.ends[0])) + 0.0  # so that -0 and 0 are equal bits
+    _, group = np.unique(first, axis=0, return_inverse=True)
+    both = np.column_stack((group.ravel(), case.ends[step] + 0.0))
+    return len(np.unique(both, axis=0)) > len(np.unique(group))
 
 
 def _start_meets(case: Case, error: InitialIntersectionError, step: int) -> bool:

@@ -91,7 +91,7 @@ ZONES = (
     Flag(
         "selection-deep",
         ("S4",),
-        "The rule for deep steps is not the stated one: the main vertices are those of the largest "
+        "The rule for deep zones is not the stated one: the main vertices are those of the largest "
         "weight on each side, an impact waits if it comes later than 1.5 times the first time of "
         "one of its main vertices, and vertex-face impacts go before edge-edge impacts.",
         "A sheet that moves by many edge lengths is torn into long triangles, which meet thousands "

@@ -32,6 +32,7 @@ SHAPES: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "found/weights": ("f", ("m", 4)),
     "found/normals": ("f", ("m", 3)),
     "found/hopeful": ("b", ("m",)),
+    "found/deep": ("b", ("m",)),
     "found/selected": ("b", ("m",)),
     "selection": ("U", ()),
     "zones/nodes": ("i", ("m", 4)),

@@ -16,7 +16,7 @@ from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.grouping import build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.problem import ZoneProblem
-from izo_ref.zones.selection import is_deep, select_impacts
+from izo_ref.zones.selection import find_deep_impacts, select_impacts
 from izo_ref.zones.serial.selection import hopeful_impacts
 from izo_ref.zones.system import zone_problem
 
@@ -37,6 +37,7 @@ def judge_selection(
     found: Impacts,
     end: Positions,
     hopeful: Flags | None,
+    deep: Flags | None,
     selected: Flags,
     rule: str | None,
     thickness: float,
@@ -48,6 +49,8 @@ def judge_selection(
         found: The impacts of the dump, in the order of the dump.
         end: End of the path on which they were found.
         hopeful: Those that a solver could mend, as the dump says; None if it does not say.
+        deep: Those of deep zones, of which `independent` takes others, as the dump says; None if
+            it does not say.
         selected: (m,) b1, those that the dump selects.
         rule: The rule of selection; None if the dump does not say, so that any will do.
         thickness: The thickness [m].
@@ -55,29 +58,22 @@ def judge_selection(
     Returns:
         The first difference from the rule that is nearest, and that rule.
     """
-    everything = np.ones(len(found.toi), bool)
-    masks = [everything] if hopeful is None else [hopeful]
-    if hopeful is None:
-        mask, stuck = np.empty(len(everything), bool), np.zeros(len(scene.pinned), bool)
-        own = found.nodes, found.weights, found.normals
-        hopeful_impacts(end, *own, stuck, thickness, mask)
-        masks.append(mask)
-    rules = RULES if rule is None else (rule,)
-    if rule is None and not is_deep(found, scene.positions_t0, end):
-        rules = tuple(name for name in RULES if name != "deep")
-    tries = []
-    for name in rules:
-        for mask in masks:
-            expected = np.zeros(len(everything), bool)
-            plain, deep = ("independent", True) if name == "deep" else (name, False)
-            expected[mask] = select_impacts(found.take(mask), scene.pinned, plain, deep)
-            tries.append((int((expected != selected).sum()), name, expected))
-    count, name, expected = min(tries, key=lambda one: one[0])
+    plain = np.zeros(len(found.toi), bool) if deep is None else deep
+    tries = _selections(
+        scene, found, end, _masks(scene, found, end, hopeful, thickness), plain, rule
+    )
+    count, name, expected = min(
+        ((int((own != selected).sum()), name, own) for name, _, own in tries),
+        key=lambda one: one[0],
+    )
     if count == 0:
         return None, name
-    if "independent" in rules and any(
-        _is_some_order(found.take(mask), selected[mask], scene.pinned) and not selected[~mask].any()
-        for mask in masks
+    if any(
+        tried == "independent"
+        and np.array_equal(own[plain], selected[plain])
+        and not selected[~mask].any()
+        and _is_some_order(found.take(mask & ~plain), selected[mask & ~plain], scene.pinned)
+        for tried, mask, own in tries
     ):
         return None, "independent"
     row = int(np.flatnonzero(expected != selected)[0])
@@ -86,6 +82,40 @@ def judge_selection(
     sentence = f"by the rule {name!r}, the impact of {pair} at t = {float(found.toi[row])!r} {word}"
     texts = str(int(expected[row])), str(int(selected[row]))
     return Problem(sentence, row, tuple(found.nodes[row].tolist()), *texts, count), name
+
+
+def _masks(
+    scene: Scene, found: Impacts, end: Positions, hopeful: Flags | None, thickness: float
+) -> list[Flags]:
+    """Return which impacts may be selected: those that the dump says, or all, or as in our loop."""
+    if hopeful is not None:
+        return [hopeful]
+    mask, stuck = np.empty(len(found.toi), bool), np.zeros(len(scene.pinned), bool)
+    hopeful_impacts(end, found.nodes, found.weights, found.normals, stuck, thickness, mask)
+    return [np.ones(len(found.toi), bool), mask]
+
+
+def _selections(
+    scene: Scene, found: Impacts, end: Positions, masks: list[Flags], deep: Flags, rule: str | None
+) -> list[tuple[str, Flags, Flags]]:
+    """Return what each rule selects of each mask: its name, the mask, and the selection.
+
+    The rule `deep` is `independent` with deep zones only. If the dump names no rule, its deep zones
+    are those that are deep now.
+    """
+    deep_of = dict.fromkeys(RULES, deep) | {"deep": np.ones(len(deep), bool)}
+    if rule is None:
+        known = np.zeros(len(scene.pinned), np.int32)
+        deep_of["deep"] = find_deep_impacts(scene, found, end, known)
+    selections = []
+    for name in RULES if rule is None else (rule,):
+        plain = "independent" if name == "deep" else name
+        for mask in masks:
+            selected = np.zeros(len(deep), bool)
+            own = found.take(mask), scene.pinned, plain, deep_of[name][mask]
+            selected[mask] = select_impacts(*own)
+            selections.append((name, mask, selected))
+    return selections
 
 
 def _is_some_order(found: Impacts, selected: Flags, pinned: Flags) -> bool:

@@ -220,7 +220,7 @@ EDGES = (0.75, 0.25, -0.625, -0.375)
 
 
 def _deep() -> list[Case]:
-    """Return cases of deep steps."""
+    """Return cases of deep zones."""
     own = ("selection-deep",)
     apart = [[0, 1, 2, 3], [4, 5, 6, 7]]
     shared = [[0, 1, 2, 3], [4, 2, 5, 6]]

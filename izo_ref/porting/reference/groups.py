@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-SOON = 1.5  # in a deep step, an impact may be later than the first of a main vertex by this factor
+SOON = 1.5  # in a deep zone, an impact may be later than the first of a main vertex by this factor
 Quads = Sequence[Sequence[int]]
 
 

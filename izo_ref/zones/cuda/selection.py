@@ -5,7 +5,7 @@ and drops the impacts that share an unpinned vertex with an impact that was take
 same as in `zones/serial/selection.py`, which takes one impact after the other. Vertices are claimed
 by integer minima, so the order in which the threads run does not matter.
 
-In a deep step (`zones/serial/deep_selection.py`), impacts claim their main vertices only, and those
+In deep zones (`zones/serial/deep_selection.py`), impacts claim their main vertices only, and those
 that have to wait are dropped before the first round.
 """
 
@@ -16,13 +16,21 @@ from izo_ref.base.arrays import (
     Flags,
     Floats,
     Indices,
+    Ints,
     Nodes,
     Normals,
+    Offsets,
     Positions,
     Weights,
 )
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.zones.serial.deep_selection import is_early, main_vertices, relative_depth
+from izo_ref.zones.serial.deep_selection import (
+    DEEP,
+    depth_of_zone,
+    is_early,
+    main_vertices,
+    relative_depth,
+)
 
 UNDECIDED, TAKEN, DROPPED = 0, 1, 2
 # Added to the sorting keys of edge-edge impacts, so that they come behind all vertex-face impacts.
@@ -140,6 +148,43 @@ def compute_relative_depths(
 
 
 @cuda_kernel
+def decide_depths(
+    # In:
+    impacts: Indices,  # (n,) i8, zone by zone
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    depths: Floats,  # (n_impacts,) f8, in longest edges
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    # Out:
+    known_out: Ints,  # (n_vertices,) i4, of the vertices of impacts; read, too
+    deep_out: Flags,  # (n_impacts,) b1
+) -> None:
+    """Decide which zones are deep, a thread for each, and mark their impacts and vertices."""
+    zone = cuda.grid(1)
+    if zone < impact_offsets.shape[0] - 1:
+        begin, end = impact_offsets[zone], impact_offsets[zone + 1]
+        depth = depth_of_zone(begin, end, impacts, depths, nodes, pinned, known_out)
+        for i in range(begin, end):
+            deep_out[impacts[i]] = depth == DEEP
+            for k in range(4):
+                if not pinned[nodes[impacts[i], k]]:
+                    known_out[nodes[impacts[i], k]] = depth
+
+
+@cuda_kernel
+def drop_impacts(
+    # In:
+    flags: Flags,  # (n_impacts,) b1
+    # Out:
+    states_out: Codes,  # (n_impacts,) i1, of the impacts that are marked
+) -> None:
+    """Drop the impacts that are marked."""
+    j = cuda.grid(1)
+    if j < flags.shape[0] and flags[j]:
+        states_out[j] = DROPPED
+
+
+@cuda_kernel
 def claim_first_times(
     # In:
     time_bits: Indices,  # (n_impacts,) i8, bits of the times of impact
@@ -168,12 +213,14 @@ def drop_late_impacts(
     is_edge_edge: Flags,  # (n_impacts,) b1
     mains: Nodes,  # (n_impacts, 4) i4
     first_times: Floats,  # (n_vertices,) f8
+    deep: Flags,  # (n_impacts,) b1
     # Out:
     keys_out: Indices,  # (n_impacts,) i8, sort impacts by kind and time
-    states_out: Codes,  # (n_impacts,) i1
+    states_out: Codes,  # (n_impacts,) i1, of the impacts of deep zones
 ) -> None:
-    """Drop the impacts that have to wait, and write the keys by which the others are sorted."""
+    """Drop the deep impacts that have to wait, and write the keys by which impacts are sorted."""
     j = cuda.grid(1)
     if j < mains.shape[0]:
         keys_out[j] = time_bits[j] + (BEHIND if is_edge_edge[j] else 0)
-        states_out[j] = UNDECIDED if is_early(j, toi, mains, first_times) else DROPPED
+        if deep[j]:
+            states_out[j] = UNDECIDED if is_early(j, toi, mains, first_times) else DROPPED

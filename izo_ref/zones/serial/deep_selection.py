@@ -1,9 +1,9 @@
-"""Select the impacts that enter the zones of a deep step, where impacts are far deeper than edges.
+"""Select the impacts that enter deep zones, where impacts are far deeper than edges are long.
 
 A vertex that no impact holds goes on to its proposed position. If its neighbours are held, the
 edges between them become as long as impacts are deep. That is harmless while impacts are as deep as
 an edge is long. If they are a hundred times as deep, what these stretched triangles meet, and with
-which normals, says nothing about the contact of the surfaces. So in a deep step
+which normals, says nothing about the contact of the surfaces. So in a deep zone
 
 * each vertex of a surface that arrives has to be held at once: an impact counts for the vertex of
   the largest weight on each of its two sides, its *main vertices*, and not for all four;
@@ -11,19 +11,24 @@ which normals, says nothing about the contact of the surfaces. So in a deep step
   that will deflect it: the surfaces that are met later wait for their turn;
 * impacts of vertices with faces come first, because they hold surfaces with the fewest impacts.
 
+Whether a zone is deep is decided when one of its vertices meets something for the first time, and
+holds for these vertices from then on. The zones are those of all impacts found, so a contact
+elsewhere in the scene changes nothing.
+
 Source: docs/method section 6.
 """
 
 import math
 
-from izo_ref.base.arrays import Flags, Floats, Nodes, Normals, Positions, Weights
+from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Nodes, Normals, Positions, Weights
 from izo_ref.base.compile import compiled
 
-# A step is deep if the first impacts found are deeper than this many edges on average. That is 0.7
-# at most in the steps on which this was developed. It is 3.7 for a sheet whose vertices are thrown
-# at random by 20 edges; there, the selection of a deep step ends at an objective 3 % higher. It is
+# A zone is deep if the impacts found are deeper than this many edges on average. In the steps on
+# which this was developed the mean is 0.7 at most. It is 3.7 for a sheet whose vertices are thrown
+# at random by 20 edges; there, the selection of deep zones ends at an objective 3 % higher. It is
 # 400 for a sheet that falls by 500 edges through nine others.
-DEEP = 8.0
+DEEP_EDGES = 8.0
+UNDECIDED, SHALLOW, DEEP = 0, 1, 2  # what is known of a vertex; a deep zone makes others deep
 # An impact may be later than the first one of its main vertices by this factor. Sheets of one stack
 # are met at times 1, 2, 3 ... , and the vertices of an uneven sheet at times that differ less.
 SOON = 1.5
@@ -71,19 +76,74 @@ def relative_depth(
 
 
 @compiled
-def mean_relative_depth(
+def relative_depths(
     positions_t0: Positions,  # (n_vertices, 3) f8 [m]
     positions: Positions,  # (n_vertices, 3) f8 [m]
     nodes: Nodes,  # (n_impacts, 4) i4
     is_edge_edge: Flags,  # (n_impacts,) b1
     weights: Weights,  # (n_impacts, 4) f8
     normals: Normals,  # (n_impacts, 3) f8
-) -> float:
-    """Return the mean of `relative_depth`; 0 if there is no impact."""
-    total, n = 0.0, nodes.shape[0]
-    for j in range(n):
-        total += relative_depth(j, positions_t0, positions, nodes, is_edge_edge, weights, normals)
-    return total / n if n else 0.0
+    depths_out: Floats,  # (n_impacts,) f8, in longest edges
+) -> None:
+    """Compute `relative_depth` of all impacts."""
+    for j in range(nodes.shape[0]):
+        depths_out[j] = relative_depth(
+            j, positions_t0, positions, nodes, is_edge_edge, weights, normals
+        )
+
+
+@compiled
+def depth_of_zone(
+    begin: int,
+    end: int,
+    impacts: Indices,
+    depths: Floats,
+    nodes: Nodes,
+    pinned: Flags,
+    known: Ints,
+) -> int:
+    """Return whether the zone of impacts[begin..end] is SHALLOW or DEEP.
+
+    Args:
+        begin: Where the impacts of the zone begin.
+        end: Where they end.
+        impacts: (n,) i8, the impacts, zone by zone.
+        depths: (n_impacts,) f8, in longest edges.
+        nodes: (n_impacts, 4) i4.
+        pinned: (n_vertices,) b1.
+        known: (n_vertices,) i4, what is known of each vertex.
+    """
+    most, total = UNDECIDED, 0.0
+    for i in range(begin, end):
+        j = impacts[i]
+        total += depths[j]
+        for k in range(4):
+            if not pinned[nodes[j, k]]:
+                most = max(most, int(known[nodes[j, k]]))
+    if most != UNDECIDED:
+        return most
+    return DEEP if total > DEEP_EDGES * (end - begin) else SHALLOW
+
+
+@compiled
+def decide_depths(
+    impacts: Indices,  # (n,) i8, zone by zone
+    impact_offsets: Indices,  # (n_zones + 1,) i8
+    depths: Floats,  # (n_impacts,) f8, in longest edges
+    nodes: Nodes,  # (n_impacts, 4) i4
+    pinned: Flags,  # (n_vertices,) b1
+    known_out: Ints,  # (n_vertices,) i4, of the vertices of impacts; read, too
+    deep_out: Flags,  # (n_impacts,) b1; of the impacts of zones
+) -> None:
+    """Decide which zones are deep, and mark their impacts and their vertices."""
+    for zone in range(impact_offsets.shape[0] - 1):
+        own = impact_offsets[zone], impact_offsets[zone + 1]
+        depth = depth_of_zone(*own, impacts, depths, nodes, pinned, known_out)
+        for i in range(*own):
+            deep_out[impacts[i]] = depth == DEEP
+            for k in range(4):
+                if not pinned[nodes[impacts[i], k]]:
+                    known_out[nodes[impacts[i], k]] = depth
 
 
 @compiled
