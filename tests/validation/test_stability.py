@@ -63,7 +63,7 @@ def rows(tmp_path, monkeypatch):
     """Return a folder with the rows of two ladders."""
     for module in ("study.stability", "report.stability_rows"):
         monkeypatch.setattr(f"validation.{module}.ladders", lambda family: [NUMBERS, KINDS])
-    monkeypatch.setattr(stability, "_warm_up", lambda: None)
+    monkeypatch.setattr(stability, "warm_up", lambda: None)
     begin_run(tmp_path / "rows", "a test", False)
     said = []
     stability.ladder_rows("stiff", tmp_path / "rows", said.append)

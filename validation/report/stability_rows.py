@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from validation.ladders.ladder import NO_ANSWER, OWN, RIGHT, WRONG, Border, Ladder, Outcome, border
+from validation.ladders.rungs import ladders, rung_text
 from validation.rows import Row, read
-from validation.study.stability import FAMILIES, ladders, rung_text
+from validation.study.stability import FAMILIES
 
 TITLES = {
     "stiff": "Stiff zones: masses, penalties, dependent constraints",
