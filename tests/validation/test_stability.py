@@ -195,3 +195,10 @@ def test_a_path_that_is_not_free_is_refuted(monkeypatch):
     found = judge_step(case, Known())[0]
     assert found.verdict == WRONG
     assert found.note.startswith("The path is not free")
+
+
+@pytest.mark.parametrize("family", stability.FAMILIES)
+def test_each_rung_of_a_ladder_has_a_row_of_its_own(family):
+    for ladder in stability.ladders(family):
+        texts = [stability.rung_text(rung) for rung in ladder.rungs]
+        assert len(set(texts)) == len(texts), ladder.name
