@@ -113,7 +113,7 @@ def test_a_map_has_a_cell_for_each_rung_and_a_sign_for_each_verdict(rows):
 
 
 def test_without_rows_the_page_says_so(tmp_path):
-    assert page.page(tmp_path, tmp_path).read_text().count("Not measured yet.") == 14
+    assert page.page(tmp_path, tmp_path).read_text().count("Not measured yet.") == 15
     assert page.headlines(tmp_path) == []
     assert limits_table.borders(tmp_path) == "Not measured yet.\n"
 
