@@ -111,8 +111,9 @@ def test_a_process_imports_the_core_of_its_folder(tmp_path):
 def test_rungs_with_a_row_are_not_run_again(rows, monkeypatch):
     asked = []
     monkeypatch.setattr(study, "BY", f"{OWN} abc1234")
-    monkeypatch.setattr(study, "CHOSEN", {"stiff": ("grows", "kinds")})
-    monkeypatch.setattr(study, "ladders", lambda family: [*LADDERS, _ladder("not chosen")])
+    monkeypatch.setattr(study, "CHOSEN", ("stiff",))
+    longer = _ladder("takes long")._replace(seconds=study.LONGEST_S + 1.0)
+    monkeypatch.setattr(study, "ladders", lambda family: [*LADDERS, longer])
     monkeypatch.setattr(study, "_add", lambda rows, family, keys, core: asked.append(keys))
     monkeypatch.setattr(study, "_unpack", lambda core: True)
     study.before_rows(rows, lambda line: None)

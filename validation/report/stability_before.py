@@ -16,7 +16,19 @@ INTRO = (
 )
 UNKNOWN = "no change of the core is known to have moved it"
 # What moved a border: the first words of ladders, and the change of the core with its commit.
-MOVED_BY: dict[str, str] = {}
+_POLISHED = (
+    "A large zone is moved from the answer of the interior point onto its constraints (79c9a17)."
+)
+_KEEPS_A_PART = "What has too little room for the thickness keeps a part of it (5fd81d9)."
+MOVED_BY = {
+    "masses, large chain": _POLISHED,
+    "masses, large pinch": _POLISHED,
+    "masses, large stack": _POLISHED,
+    "slab, heavy faces": "How far an answer may be depends on the masses, too (79c9a17).",
+    "angle, interior-point": "The interior point takes a start that is the answer (79c9a17).",
+    "pinched layer": _KEEPS_A_PART,
+    "cage": _KEEPS_A_PART,
+}
 LINES: Columns = {
     "ladder": "ladder",
     "rung": "unit",
