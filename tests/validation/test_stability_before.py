@@ -78,7 +78,13 @@ def test_the_table_has_the_borders_that_differ(rows, monkeypatch):
     ]
     assert "at commit abc1234" in text
     assert "5 ladders were measured on both cores, and the border of 2 is where it was." in text
-    assert "1 more do not have all rungs of both cores yet." in text
+    assert "Ladders without all rungs of both cores: 1." in text
+
+
+def test_each_cause_is_that_of_a_ladder():
+    names = [ladder.name for family in study.CHOSEN for ladder in rungs.ladders(family)]
+    for cause in page.MOVED_BY:
+        assert any(name.startswith(cause) for name in names), cause
 
 
 def test_without_rows_of_the_other_core_the_section_says_so(rows):

@@ -16,16 +16,14 @@ INTRO = (
 )
 UNKNOWN = "no change of the core is known to have moved it"
 # What moved a border: the first words of ladders, and the change of the core with its commit.
-_POLISHED = (
-    "A large zone is moved from the answer of the interior point onto its constraints (79c9a17)."
-)
+_POLISHED = "The answer of the interior point is moved onto its active constraints (79c9a17)."
 _KEEPS_A_PART = "What has too little room for the thickness keeps a part of it (5fd81d9)."
 MOVED_BY = {
     "masses, large chain": _POLISHED,
     "masses, large pinch": _POLISHED,
     "masses, large stack": _POLISHED,
-    "slab, heavy faces": "How far an answer may be depends on the masses, too (79c9a17).",
-    "angle, interior-point": "The interior point takes a start that is the answer (79c9a17).",
+    "slab, heavy faces": "An answer may be farther where mass ratios are large (79c9a17).",
+    "angle, interior-point": "A start that is the answer to rounding is taken (79c9a17).",
     "pinched layer": _KEEPS_A_PART,
     "cage": _KEEPS_A_PART,
 }
@@ -84,7 +82,7 @@ def section(rows_folder: Path) -> str:
         f"{len(pairs) - len(moved)} is where it was.",
     ]
     if n_missing:
-        said.append(f"{n_missing} more do not have all rungs of both cores yet.")
+        said.append(f"Ladders without all rungs of both cores: {n_missing}.")
     return f"{HEADING}\n\n{' '.join(said)}\n\n{table(LINES, [_line(pair) for pair in moved])}"
 
 
