@@ -7,9 +7,10 @@ import shutil
 import pytest
 
 from validation.ladders import rungs
-from validation.ladders.ladder import OWN, RIGHT, SAYS_SO, WRONG, Ladder, Outcome
+from validation.ladders.ladder import NO_ANSWER, OWN, RIGHT, SAYS_SO, WRONG, Ladder, Outcome
 from validation.provenance import ROOT
 from validation.report import stability_before as page
+from validation.report.stability_rows import Measured
 from validation.rows import Rows, begin_run, read
 from validation.study import stability_before as study
 from validation.study.stability import KEYS
@@ -79,6 +80,13 @@ def test_the_table_has_the_borders_that_differ(rows, monkeypatch):
     assert "at commit abc1234" in text
     assert "5 ladders were measured on both cores, and the border of 2 is where it was." in text
     assert "Ladders without all rungs of both cores: 1." in text
+
+
+def test_a_rung_without_an_answer_moves_no_border():
+    right, none = Outcome(RIGHT, "FREE"), Outcome(NO_ANSWER, "no answer")
+    ladder = Measured(LADDERS[0], [("1", right), ("10", none), ("100", none)], {}, set(), 0)
+    before = [("1", right), ("10", right), ("100", none)]
+    assert page.Pair(ladder, before).differing is None
 
 
 def test_each_cause_is_that_of_a_ladder():

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from validation.ladders.ladder import OWN, RIGHT, Outcome, border
+from validation.ladders.ladder import NO_ANSWER, OWN, RIGHT, Outcome, border
 from validation.report.stability_rows import Measured, all_measured, measured_ladder
 from validation.report.tables import NOT_MEASURED, cell_text, table
 from validation.rows import Columns, Row, read
@@ -12,7 +12,8 @@ HEADING = "## Borders that were moved"
 INTRO = (
     "The same rungs on the core as it was at commit {}, with the ladders and judges of today, show "
     "what later changes of the core moved. Each line has the first rung that is right on one core "
-    "only, and what both said there."
+    "only, and what both said there. A rung without an answer within the limits of time and memory "
+    "decides nothing, since other work of the machine uses both."
 )
 UNKNOWN = "no change of the core is known to have moved it"
 # What moved a border: the first words of ladders, and the change of the core with its commit.
@@ -56,10 +57,12 @@ class Pair(NamedTuple):
         """The first rung that is right on one core only, up to where both end; None without one."""
         now = dict(self.measured.own)
         for rung, outcome in self.before:
-            right = outcome.verdict == RIGHT, now[rung].verdict == RIGHT
-            if right[0] != right[1]:
+            verdicts = outcome.verdict, now[rung].verdict
+            if NO_ANSWER in verdicts:
+                continue
+            if verdicts.count(RIGHT) == 1:
                 return rung
-            if not self.measured.named and not any(right):
+            if not self.measured.named and RIGHT not in verdicts:
                 return None
         return None
 
