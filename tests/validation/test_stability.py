@@ -63,7 +63,7 @@ def rows(tmp_path, monkeypatch):
     """Return a folder with the rows of two ladders."""
     for module in ("study.stability", "report.stability_rows"):
         monkeypatch.setattr(f"validation.{module}.ladders", lambda family: [NUMBERS, KINDS])
-    monkeypatch.setattr(stability, "_warm_up", lambda: None)
+    monkeypatch.setattr(stability, "warm_up", lambda: None)
     begin_run(tmp_path / "rows", "a test", False)
     said = []
     stability.ladder_rows("stiff", tmp_path / "rows", said.append)
@@ -113,7 +113,7 @@ def test_a_map_has_a_cell_for_each_rung_and_a_sign_for_each_verdict(rows):
 
 
 def test_without_rows_the_page_says_so(tmp_path):
-    assert page.page(tmp_path, tmp_path).read_text().count("Not measured yet.") == 14
+    assert page.page(tmp_path, tmp_path).read_text().count("Not measured yet.") == 15
     assert page.headlines(tmp_path) == []
     assert limits_table.borders(tmp_path) == "Not measured yet.\n"
 
@@ -195,3 +195,10 @@ def test_a_path_that_is_not_free_is_refuted(monkeypatch):
     found = judge_step(case, Known())[0]
     assert found.verdict == WRONG
     assert found.note.startswith("The path is not free")
+
+
+@pytest.mark.parametrize("family", stability.FAMILIES)
+def test_each_rung_of_a_ladder_has_a_row_of_its_own(family):
+    for ladder in stability.ladders(family):
+        texts = [stability.rung_text(rung) for rung in ladder.rungs]
+        assert len(set(texts)) == len(texts), ladder.name

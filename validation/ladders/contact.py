@@ -153,7 +153,7 @@ LADDERS = [
         "says so, and computes the optimum. A room that is smaller by less than 1e-9 is within the "
         "tolerance of a violation and not a rung.",
         ROOM,
-        (4, 2, 1.1, 1.01, 1 + 1e-6, 1 + 1e-9, 1 + 1e-12, 1, 1 - 1e-7, 1 - 1e-6, 0.99, 0.9, 0, -1),
+        (4, 2, 1.1, 1.01, 1 + 1e-6, 1 + 1e-9, 1 + 1e-11, 1, 1 - 1e-7, 1 - 1e-6, 0.99, 0.9, 0, -1),
         _pinched_zone,
         (2, 1, 0.9),
     ),

@@ -158,7 +158,7 @@ LADDERS = [
         f"two places meet, {PROPOSED}; above, the end has to be certified free, and the centre of "
         "mass stays. ARCSim 0.3.x leaves out pairs that start in one plane and reports success.",
         "part of the way to the mirrored place",
-        (0.1, 0.25, 0.4, 0.49, 0.499999, 0.5 - 1e-15, 0.5, 0.500001, 0.51, 0.6, 0.8, 1, 2, 5, 100),
+        (0.1, 0.25, 0.4, 0.49, 0.499999, 0.5 - 1e-12, 0.5, 0.500001, 0.51, 0.6, 0.8, 1, 2, 5, 100),
         _fold,
         (0.25, 0.6),
         120.0,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from izo_ref.app.files import replacing
 from validation.ladders.ladder import RIGHT, SAYS_SO, VERDICTS, WRONG
-from validation.report import stability_parts
+from validation.report import stability_before, stability_parts
 from validation.report.catalogue import Headline
 from validation.report.stability_map import map_svg
 from validation.report.stability_rows import (
@@ -85,11 +85,13 @@ def page(rows_folder: Path, output: Path) -> Path:
     """
     found = all_measured(rows_folder)
     rows = [{"run": run} for part in found.values() for m in part for run in m.runs]
-    rows += [*read(rows_folder, "bounds"), *stability_parts.other_rows(rows_folder)]
+    rows += [*read(rows_folder, "bounds"), *read(rows_folder, "before")]
+    rows += stability_parts.other_rows(rows_folder)
     sections = ["# Stability: how far the method holds", INTRO, _summary(found)]
     sections.append(run_table(runs_of(rows_folder, rows)))
     for family in FAMILIES:
         sections += [f"## {TITLES[family]}", *_family(family, found.get(family, []), output)]
+    sections.append(stability_before.section(rows_folder))
     sections += ["## Other solvers on the same rungs", _others(found)]
     sections += stability_parts.sections(rows_folder)
     bounds = read(rows_folder, "bounds")

@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from validation.ladders.ladder import NO_ANSWER, OWN, RIGHT, WRONG, Border, Ladder, Outcome, border
+from validation.ladders.rungs import ladders, rung_text
 from validation.rows import Row, read
-from validation.study.stability import FAMILIES, ladders, rung_text
+from validation.study.stability import FAMILIES
 
 TITLES = {
     "stiff": "Stiff zones: masses, penalties, dependent constraints",
@@ -62,7 +63,7 @@ def measured(rows_folder: Path, family: str) -> list[Measured]:
     by_ladder: dict[str, list[Row]] = {}
     for row in read(rows_folder, family):
         by_ladder.setdefault(row["ladder"], []).append(row)
-    return [_measured(ladder, by_ladder.get(ladder.name, [])) for ladder in ladders(family)]
+    return [measured_ladder(ladder, by_ladder.get(ladder.name, [])) for ladder in ladders(family)]
 
 
 def all_measured(rows_folder: Path) -> dict[str, list[Measured]]:
@@ -74,7 +75,8 @@ def all_measured(rows_folder: Path) -> dict[str, list[Measured]]:
     }
 
 
-def _measured(ladder: Ladder, rows: Iterable[Row]) -> Measured:
+def measured_ladder(ladder: Ladder, rows: Iterable[Row]) -> Measured:
+    """Return a ladder with its rows; rows of other rungs are left out."""
     found = {(str(row["rung"]), row["by"]): row for row in rows}
     by: dict[str, list[tuple[str, Outcome]]] = {OWN: []}
     rungs = [rung_text(rung) for rung in ladder.rungs]
