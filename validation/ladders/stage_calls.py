@@ -67,8 +67,8 @@ def selection(inputs: Inputs) -> Answer:
         np.array(inputs.get("weights", [0.0] * 4 * n), np.float64).reshape(n, 4),
         np.zeros((n, 3)),
     )
-    deep = inputs["selection"] == "deep"
-    name = "independent" if deep else inputs["selection"]
+    deep = np.full(n, inputs["selection"] == "deep")
+    name = "independent" if inputs["selection"] == "deep" else inputs["selection"]
     selected = select_impacts(impacts, np.array(inputs["pinned"], bool), name, deep)
     return Answer({}, tuple(selected.astype(int).tolist()))
 

@@ -20,7 +20,7 @@ def answer(inputs: dict[str, Any], dtype: str) -> dict[str, Any]:
         np.array(inputs.get("weights", [0.0] * 4 * n), np.float64).reshape(n, 4),
         np.zeros((n, 3)),
     )
-    deep = inputs["selection"] == "deep"
-    selection = "independent" if deep else inputs["selection"]
+    deep = np.full(n, inputs["selection"] == "deep")
+    selection = "independent" if inputs["selection"] == "deep" else inputs["selection"]
     selected = select_impacts(impacts, np.array(inputs["pinned"], bool), selection, deep)
     return {"selected": selected.astype(int).tolist()}
