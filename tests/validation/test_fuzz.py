@@ -19,7 +19,7 @@ from validation.study import fuzz
 # Solvers of every kind take minutes to compile. So the quick part has the families that compile
 # little; the study has all of them.
 QUICK = [name for name in FAMILIES if name not in ("resolve", "solve_zone", "Scene.after")]
-INPUTS = 2000
+INPUTS = 1000
 
 
 @pytest.mark.parametrize("name", QUICK)
