@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from validation.fuzz import archives, calls, readers
+from validation.fuzz import archives, calls, calls_zones, readers
 from validation.fuzz.arrays import Rng
 from validation.fuzz.run import Family, MakeTrial
 from validation.fuzz.trial import Trial
@@ -25,7 +25,7 @@ FAMILIES: dict[str, Family] = {
     "Scene.after": Family(_without_files(calls.after_trial), 30),
     "resolve": Family(_without_files(calls.resolve_trial), 50),
     "certify_path": Family(_without_files(calls.certify_trial), 50),
-    "solve_zone": Family(_without_files(calls.zone_trial), 120),
+    "solve_zone": Family(_without_files(calls_zones.zone_trial), 120),
     "step archive": Family(archives.step_trial, 140, SMALL),
     "result archive": Family(archives.result_trial, 80, SMALL),
     "dump archive": Family(archives.dump_trial, 40, SMALL),
