@@ -292,3 +292,27 @@ def test_an_impact_between_pinned_points_is_no_traceback():
     assert "1 pair was left out" in verdict_page("a step", scene, verdict)
     questions = {fact.question: fact.passed for fact in verdict.facts}
     assert questions["each zone is optimal"] is False
+
+
+@pytest.mark.parametrize("part", ["normals", "weights"])
+def test_an_impact_without_a_normal_or_weights_is_no_traceback(part):
+    """Its constraint asks that 0 is at least the thickness, so its zone is not solved."""
+    scene = vertex_over_face()
+    result = izo_ref.resolve(scene, 1e-3)
+    impacts = result.impacts._replace(**{part: 0.0 * getattr(result.impacts, part)})
+    saved = SavedResult(result.positions, 1e-3, impacts, result.multipliers)
+    assert failed(check(scene, saved)) >= {"izo_ref.residuals"}
+
+
+def test_a_message_about_a_known_result_names_its_file(tmp_path, capsys):
+    scene = vertex_over_face()
+    save_scene(tmp_path / "step.npz", scene)
+    save_result(tmp_path / "out.npz", positions_only(scene.positions_t0))
+    bad = scene.positions_t0.copy()
+    bad[2, 1] = np.nan
+    save_result(tmp_path / "bad.npz", positions_only(bad))
+    words = ["check", str(tmp_path / "step.npz"), "--result", str(tmp_path / "out.npz")]
+    assert main([*words, "--known", str(tmp_path / "bad.npz")]) == 2
+    said = capsys.readouterr().err
+    assert "bad.npz: positions: expected finite numbers" in said
+    assert "[2, 1]" in said
