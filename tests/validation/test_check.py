@@ -15,6 +15,7 @@ from validation import judge
 from validation.__main__ import main
 from validation.check import check, verdict_line
 from validation.oracles import ipc
+from validation.oracles.answer import mass_norm
 from validation.report.page import verdict_page
 
 needs_ipctk = pytest.mark.skipif(bool(ipc.unusable()), reason=f"ipctk: {ipc.unusable()}")
@@ -316,3 +317,21 @@ def test_a_message_about_a_known_result_names_its_file(tmp_path, capsys):
     said = capsys.readouterr().err
     assert "bad.npz: positions: expected finite numbers" in said
     assert "[2, 1]" in said
+
+
+@pytest.mark.parametrize("size", [1e-200, 1.0, 1e300])
+def test_norms_are_those_of_any_size(size):
+    """Two vertices of 4 kg and 1 kg that move by 3 m and 8 m: sqrt(4 9 + 64) = 10; one is fixed."""
+    vectors = size * np.array([[3.0, 0, 0], [0, 8, 0], [5, 5, 5]])
+    assert mass_norm(np.array([4.0, 1.0, np.inf]), vectors) == pytest.approx(
+        10.0 * size, rel=1e-15, abs=0.0
+    )
+
+
+def test_a_result_that_is_far_out_is_judged_without_a_warning():
+    """Warnings are errors; squares of these distances overflow."""
+    scene = vertex_over_face()
+    far = scene.positions_t0.copy()
+    far[0, 1] = 1e300
+    verdict = check(scene, positions_only(far))
+    assert verdict.facts[-1].answer.startswith("the objective is inf m^2")
