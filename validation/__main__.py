@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # Parts of the study of stability, which the help names without loading them.
 STABILITY = (
     *("stiff", "scale", "geometry", "motion", "contact", "precision", "symmetry"),
-    *("random-steps", "input", "time", "bounds", "before"),
+    *("random-steps", "input", "time", "kills", "bounds", "before"),
 )
 PAGES_ONLY = "measure nothing; write the pages from the rows"
 

@@ -218,7 +218,11 @@ def check_files(
     loaded = None if result is None else load_result(result)
     if loaded is not None and loaded.impacts is not None:
         loaded = loaded._replace(impacts=_checked(loaded, loaded.impacts, scene, result))
-    others = {str(path): load_result(path).positions for path in known}
+    shape = scene.positions_t0.shape
+    others = {
+        str(path): checks.floats(f"{path}: positions", load_result(path).positions, shape)
+        for path in known
+    }
     return scene, check(scene, loaded, thickness, say=say, known=others, limits=limits)
 
 

@@ -250,8 +250,10 @@ def nearness(
         return Fact("close to the proposal", "objective", f"{own:.6e} m^2", None, 0.0), values
     best = min(values, key=lambda name: values[name])
     masses = np.where(scene.pinned, np.inf, scene.masses)
-    size = mass_norm(masses, known[best] - scene.positions_t1)
-    apart = mass_norm(masses, positions - known[best]) / size if size > 0.0 else 0.0
+    # half of each difference, because the whole may overflow
+    size = mass_norm(masses, 0.5 * known[best] - 0.5 * scene.positions_t1)
+    away = mass_norm(masses, 0.5 * positions - 0.5 * known[best])
+    apart = away / size if size > 0.0 else 0.0
     ratio = own / values[best] if values[best] > 0.0 else float(own == 0.0)
     answer = (
         f"the objective is {own:.6e} m^2, {ratio:.6f} of that of the best known free result "

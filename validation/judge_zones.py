@@ -142,8 +142,8 @@ def _relative_error(oracle: str, zone: _JudgedZone) -> float | None:
     """
     problem = zone.problem
     unknown = np.isfinite(problem.masses)[problem.nodes] & (problem.weights != 0.0)
-    if not unknown.any(axis=1).all():
-        return None  # an impact between pinned points, whose constraint no oracle takes
+    if not (unknown.any(axis=1) & problem.normals.any(axis=1)).all():
+        return None  # a constraint without an unknown or a normal, which no oracle takes
     if oracle == "exact":
         return _exact_error(zone)
     answer = SOLVERS[oracle](problem)

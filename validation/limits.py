@@ -17,9 +17,9 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar
 Call = ParamSpec("Call")
 Returned = TypeVar("Returned")
 
-# Without fork, as on Windows, a judge runs in this process, and nothing limits it.
-STANDARD_ERROR = 2
+STANDARD_OUTPUT, STANDARD_ERROR = 1, 2
 PR_SET_PDEATHSIG = 1  # of Linux: the signal that a process gets when its parent ends
+# Without fork, as on Windows, a judge runs in this process, and nothing limits it.
 CAN_LIMIT = "fork" in multiprocessing.get_all_start_methods() and sys.platform != "darwin"
 
 
@@ -105,9 +105,11 @@ def _answer(
     with open("/proc/self/statm") as file:
         in_use = int(file.read().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (in_use + n_bytes, resource.RLIM_INFINITY))
-    # what libraries print before they give up belongs to no report
+    # what libraries print before they give up belongs to no report; ipctk prints to the output
     faulthandler.disable()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_ERROR)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for handle in (STANDARD_OUTPUT, STANDARD_ERROR):
+        os.dup2(nowhere, handle)
     try:
         sender.send((True, judge(*args, **named)))
     except Exception as error:

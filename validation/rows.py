@@ -3,7 +3,9 @@
 import csv
 import io
 import re
-from collections.abc import Callable, Iterable
+import time
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -13,6 +15,7 @@ import numpy as np
 from izo_ref.app.files import replacing
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.input_files import read_bytes
+from izo_ref.base.whole_files import lock
 from validation import provenance
 
 # A line of measured evidence by column: bool, int, float, str or None; in JSON files lists too.
@@ -26,6 +29,9 @@ RUN_COLUMNS = ("run", "command", "commit", "machine", "versions", "quick", "star
 INTEGER = re.compile(r"[+-]?\d+")
 DIGITS = 4000  # Python reads integers of up to 4300; a longer one stays a text
 FLOAT = re.compile(r"[+-]?(\d+\.?\d*(e[+-]?\d+)?|inf|nan)")
+PAUSE_S = 0.01  # between two tries to get a lock, which others hold for milliseconds
+# The run that this process began last, by folder. Another process may have begun one since.
+_begun: dict[Path, int] = {}
 
 
 class Rows:
@@ -58,8 +64,10 @@ class Rows:
         if missing:
             raise _damaged(self.path, 1, f"the columns {sorted(missing)} are missing")
         known = runs(self.folder)
-        self._run = known[-1]["run"] if known else None
-        alike = {row["run"] for row in known if row["quick"] == known[-1]["quick"]}
+        begun = _begun.get(self.folder.resolve())
+        own = [row for row in known if row["run"] == begun] or known[-1:]
+        self._run = own[-1]["run"] if own else None
+        alike = {row["run"] for row in known if row["quick"] == own[-1]["quick"]}
         self._seen = {self._key(row) for row in lines if row["run"] in alike}
 
     def has(self, **key: Any) -> bool:
@@ -128,7 +136,9 @@ def runs_of(folder: Path, rows: Iterable[Row]) -> list[Row]:
 def begin_run(folder: Path | str, command: str, quick: bool) -> int:
     """Record the command, commit, machine and versions that are about to measure rows.
 
-    If all of them, and `quick`, are those of the last run, that run is continued.
+    If all of them, and `quick`, are those of the last run, that run is continued. Processes that
+    begin runs in one folder at the same moment do so one after the other, so that each has its own
+    id. A process that is killed meanwhile blocks nobody: the system releases its lock.
 
     Args:
         folder: Folder of the CSV files; created if it does not exist.
@@ -141,17 +151,30 @@ def begin_run(folder: Path | str, command: str, quick: bool) -> int:
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / f"{RUNS}.csv"
-    _drop_half_line(path)
-    before = runs(folder)
     made = {**provenance.made_by(command)._asdict(), "quick": bool(quick)}
-    if before and all(before[-1][name] == value for name, value in made.items()):
-        return before[-1]["run"]
-    if not _lines(path)[0]:
-        _append(path, RUN_COLUMNS)
-    started = datetime.now(UTC).isoformat(timespec="seconds")
-    row = {"run": len(before) + 1, **made, "started": started}
-    _append(path, [_written(_plain(name, row[name])) for name in RUN_COLUMNS])
-    return row["run"]
+    with _alone(path):
+        _drop_half_line(path)
+        before = runs(folder)
+        if before and all(before[-1][name] == value for name, value in made.items()):
+            number = before[-1]["run"]
+        else:
+            number = 1 + max((row["run"] for row in before), default=0)
+            if not _lines(path)[0]:
+                _append(path, RUN_COLUMNS)
+            started = datetime.now(UTC).isoformat(timespec="seconds")
+            row = {"run": number, **made, "started": started}
+            _append(path, [_written(_plain(name, row[name])) for name in RUN_COLUMNS])
+    _begun[folder.resolve()] = number
+    return number
+
+
+@contextmanager
+def _alone(path: Path) -> Iterator[None]:
+    """Wait until no other process is between the lines of this block with the same file."""
+    with open(path, "ab") as file:
+        while not lock(file.fileno()):
+            time.sleep(PAUSE_S)
+        yield
 
 
 def _plain(name: str, value: Any) -> Any:

@@ -138,8 +138,10 @@ def load_result(path: FilePath) -> SavedResult:
             "arrays that describe the zones, or none"
         )
     impacts = Impacts(*(arrays[name] for name in names[2:]))
-    if len({column.shape[:1] for column in (*impacts, arrays["multipliers"])}) != 1:
-        raise FileFormatError(f"{path}: expected arrays of impacts of the same length")
+    shapes = {name: arrays[name].shape for name in names[1:]}
+    if len({shape[:1] for shape in shapes.values()}) != 1 or () in shapes.values():
+        found = ", ".join(f"{name} {shape}" for name, shape in shapes.items())
+        raise FileFormatError(f"{path}: expected a row for each impact, found the shapes {found}")
     return SavedResult(
         arrays["positions"], _thickness(path, arrays), impacts, arrays["multipliers"]
     )

@@ -128,7 +128,8 @@ class Detector:
 
         Returns:
             `Impacts`: first the vertex-face pairs, sorted by vertex and face, then the edge-edge
-            pairs, sorted by their edges, and last the pairs that touch at the start.
+            pairs, sorted by their edges, and last those that touch at the start and do not come
+            apart, or meet again.
         """
         previous_t1, self._previous_t1 = self._previous_t1, None  # until this one is finished
         if previous_t1 is None:

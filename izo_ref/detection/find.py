@@ -22,7 +22,8 @@ def find_impacts(scene: SceneArrays, device: str = "cpu") -> Impacts:
 
     Returns:
         `Impacts`: first the vertex-face pairs, sorted by vertex and face, then the edge-edge pairs,
-        sorted by their edges, and last the pairs that touch at the start (`Scene.touching`).
+        sorted by their edges. Last come those pairs that touch at the start (`Scene.touching`) and
+        do not come apart, or meet again.
 
     Raises:
         OptionError: `device` has another value, or `scene` is no scene.

@@ -19,7 +19,8 @@ class PlanLine(NamedTuple):
         stage: The stage, or a part of it.
         needed: How much of the stage is needed: `all`, `some` or `none`.
         reason: Why, as a phrase for the user.
-        rule: The rule of `options.RULES` that leaves the rest out; empty if no rule does.
+        rule: The rule of `options.RULES` that leaves the rest out, or would do so if it were not
+            switched off; empty if there is none.
     """
 
     stage: str
@@ -62,6 +63,9 @@ def plan(scene: SceneArrays, options: Options | None = None) -> Plan:
 
     Returns:
         One line for each stage of the pipeline.
+
+    Raises:
+        OptionError: `scene` is no scene, or `options` are no `Options`.
     """
     checks.scene(scene)
     options = checks.options(options)
@@ -70,8 +74,8 @@ def plan(scene: SceneArrays, options: Options | None = None) -> Plan:
     lines = [
         _gpu(scene),
         *_copies(scene),
-        _detection(moving),
-        _pairs_at_rest(moving),
+        _detection(scene, moving),
+        _pairs_at_rest(scene, moving),
         _components(scene, moving),
         *_kinds(scene, len(own)),
         PlanLine(
@@ -81,7 +85,7 @@ def plan(scene: SceneArrays, options: Options | None = None) -> Plan:
             "float32-boxes",
         ),
         _obstacles(scene.pinned[own], moving),
-        *_later(moving),
+        *_later(scene, moving),
         *_zones(),
         PlanLine(
             "exact arithmetic",
@@ -118,18 +122,30 @@ def _copies(scene: SceneArrays) -> list[PlanLine]:
     return [PlanLine("vertices", "some", reason, "")]
 
 
-def _detection(moving: Flags) -> PlanLine:
-    if not moving.any():
-        reason = "no vertex moves, and the start is free of contact"
-        return PlanLine("detection", "none", reason, "still")
-    return PlanLine("detection", "all", f"{moving.sum()} of {len(moving)} vertices move", "")
+def _detection(scene: SceneArrays, moving: Flags) -> PlanLine:
+    if moving.any():
+        return PlanLine("detection", "all", f"{moving.sum()} of {len(moving)} vertices move", "")
+    if scene.touching is not None:
+        reason = "no vertex moves, so only the pairs that touch at the start are checked"
+        return PlanLine("detection", "some", reason, "still")
+    return PlanLine("detection", "none", f"no vertex moves, and {_start(scene)}", "still")
 
 
-def _pairs_at_rest(moving: Flags) -> PlanLine:
+def _start(scene: SceneArrays) -> str:
+    """Return why pairs at rest are no impacts, if none of them touches and has to come apart."""
+    if scene.excluded is None:
+        return "the start is free of contact"
+    return "the pairs that meet at the start are left out"
+
+
+def _pairs_at_rest(scene: SceneArrays, moving: Flags) -> PlanLine:
     stage, at_rest = "pairs at rest", len(moving) - int(moving.sum())
     if at_rest == 0:
         return PlanLine(stage, "all", "there are none, because every vertex moves", "")
-    reason = f"{at_rest} vertices are at rest, and the start is free of contact"
+    if scene.touching is not None:
+        reason = f"{at_rest} vertices are at rest; only pairs that touch at the start are checked"
+        return PlanLine(stage, "some", reason, "still")
+    reason = f"{at_rest} vertices are at rest, and {_start(scene)}"
     return PlanLine(stage, "none", reason, "still")
 
 
@@ -179,8 +195,8 @@ def _obstacles(pinned: Flags, moving: Flags) -> PlanLine:
     )
 
 
-def _later(moving: Flags) -> list[PlanLine]:
-    if not moving.any():
+def _later(scene: SceneArrays, moving: Flags) -> list[PlanLine]:
+    if not moving.any() and scene.touching is None:
         reason = "no vertex moves, so the first detection finds nothing"
         return [PlanLine("later detections", "none", reason, "")]
     rechecked = "they recheck only pairs near vertices that moved since the previous detection"

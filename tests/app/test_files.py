@@ -76,8 +76,14 @@ def test_a_result_with_incomplete_zones_is_refused(tmp_path):
     with np.load(tmp_path / "out.npz") as archive:
         arrays = {name: archive[name] for name in archive.files}
     np.savez(tmp_path / "short.npz", **arrays | {"multipliers": arrays["multipliers"][:0]})
-    with pytest.raises(errors.FileFormatError, match="length"):
+    with pytest.raises(
+        errors.FileFormatError, match=r"a row for each impact, .*multipliers \(0,\)"
+    ):
         load_result(tmp_path / "short.npz")
+    single = {name: array.ravel()[0] for name, array in arrays.items() if name != "positions"}
+    np.savez(tmp_path / "single.npz", **arrays | single)
+    with pytest.raises(errors.FileFormatError, match=r"multipliers \(\), impact_nodes \(\)"):
+        load_result(tmp_path / "single.npz")
     np.savez(tmp_path / "two.npz", **arrays | {"thickness": [1e-3, 1e-3]})
     with pytest.raises(errors.FileFormatError, match="thickness"):
         load_result(tmp_path / "two.npz")

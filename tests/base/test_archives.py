@@ -14,18 +14,8 @@ from izo_ref.base.errors import FileFormatError
 from izo_ref.base.input_files import read_bytes, read_text
 from izo_ref.base.npy_header import array_of, read_header
 from izo_ref.porting.trace_files import load_arrays, load_index
-from validation.fuzz.archives import (
-    ARRAYS,
-    LOADED,
-    RECORDS,
-    RESULT,
-    TERA,
-    Member,
-    array_bytes,
-    members_of,
-    npy,
-    zip_bytes,
-)
+from validation.fuzz.archive_bytes import Member, array_bytes, members_of, npy, zip_bytes
+from validation.fuzz.archives import ARRAYS, LOADED, RECORDS, RESULT, TERA
 
 
 def refused(path, content, read=load_result):

@@ -118,6 +118,48 @@ def test_a_scene_at_rest_is_not_searched():
     np.testing.assert_array_equal(result.positions, scene.positions_t1)
 
 
+# A face in the plane z = 0, and another one that touches it from above, or goes through it.
+BELOW = [[0.0, 0, 0], [4, 0, 0], [0, 4, 0]]
+ABOVE = {
+    "touching": [[1.0, 1, 0], [1, 2, 1], [2, 1, 1]],
+    "excluded": [[1.0, 1, -1], [1, 2, 1], [2, 1, 1]],
+}
+
+
+@pytest.mark.parametrize("mode", ["ratchet", "exclude"])
+def test_a_scene_at_rest_that_touches_is_not_called_free_of_contact(mode):
+    """The pair is an impact from t = 0 on, so detection, solving and rechecking are needed."""
+    points = np.array(BELOW + ABOVE["touching"])
+    scene = izo_ref.Scene(points, points, [[0, 1, 2], [3, 4, 5]], initial_intersections=mode)
+    assert scene.touching is not None
+    assert len(izo_ref.find_impacts(scene).toi) > 0
+    needed = lines(scene)
+    for stage in ("detection", "pairs at rest", "later detections", "later solves"):
+        assert needed[stage].needed == "some", stage
+    assert not any("free of contact" in line.reason for line in needed.values())
+    result = izo_ref.resolve(scene, 0.1)
+    assert result.history[0].found > 0
+    assert result.status is izo_ref.Status.FREE
+
+
+@pytest.mark.parametrize("mode", ["ratchet", "exclude"])
+def test_a_scene_at_rest_that_crosses_needs_no_detection_but_is_not_free_of_contact(mode):
+    points = np.array(BELOW + ABOVE["excluded"])
+    scene = izo_ref.Scene(points, points, [[0, 1, 2], [3, 4, 5]], initial_intersections=mode)
+    assert scene.touching is None
+    assert scene.excluded is not None
+    assert len(izo_ref.find_impacts(scene).toi) == 0
+    needed = lines(scene)
+    for stage in ("detection", "pairs at rest"):
+        assert needed[stage].needed == "none"
+        assert needed[stage].reason.endswith("the pairs that meet at the start are left out")
+
+
+def test_a_rule_that_is_switched_off_is_named_and_leaves_nothing_out():
+    line = lines(vertex_over_face(), plan="everything")["exact arithmetic"]
+    assert (line.rule, line.needed) == ("float-verdicts", "all")
+
+
 def test_a_component_that_nothing_reaches_is_in_no_tree(rng):
     scene = two_sheets(rng)
     points, faces = grid(5, 50.0)

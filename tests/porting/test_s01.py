@@ -5,14 +5,15 @@ from collections import defaultdict
 import numpy as np
 import pytest
 
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.generate.meshes import Mesh
-from izo_ref.porting.generate.s01 import cases, edges_of, meeting_pairs
+from izo_ref.porting.generate.s01 import edges_of, meeting_pairs
 from izo_ref.porting.generate.s01_meshes import rows
 from tests.naive.groups import moving_box_pairs
 from tests.ports.own.s01 import answer
 from validation.oracles.path import meets
 
-CASES = cases()
+CASES = load_cases(stages=["S1"])
 OWNED = ("missed-pairs", "touching-boxes", "still-nodes", "shared-vertices", "queue-overflow")
 KINDS = ("vertex_face", "edge_edge")
 

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 from izo_ref.detection.formulas.advance import advance
-from izo_ref.porting.generate.s02 import EARLY, MULTIPLE, cases
+from izo_ref.porting.files import load_cases
+from izo_ref.porting.generate.s02 import EARLY, MULTIPLE
 from izo_ref.porting.reference.contact import Pair, cubic, meeting
 from tests.helpers.frames import APART, pair_of, right_answer
 from tests.ports.own.s02 import answer, relative
 from validation.oracles.path import first_meeting
 
-CASES = cases()
+CASES = load_cases(stages=["S2"])
 OWNED = (
     "linear-cubic",
     "coplanar-motion",

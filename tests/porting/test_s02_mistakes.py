@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate.s02 import cases
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.judge.outcome import PASSED
 from izo_ref.porting.judge.verdict import judge
 from izo_ref.porting.reference.contact import cubic
@@ -18,7 +18,7 @@ from tests.helpers.frames import (
 )
 from tests.naive.closest import distance
 
-CASES = cases()
+CASES = load_cases(stages=["S2"])
 
 
 def coefficients(pair, number):

@@ -5,12 +5,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate.s03 import cases
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.reference.closest import closest
 from tests.naive.closest import closest_vector
 from tests.ports.own.s03 import answer
 
-CASES = cases()
+CASES = load_cases(stages=["S3"])
 OWNED = (
     "normal-sign",
     "frame-time",

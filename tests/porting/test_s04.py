@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate.s04 import cases
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.reference import groups
 from tests.helpers.vectors import caught, require_good_cases
 from tests.naive import groups as naive
 from tests.ports.own.s04 import answer
 
-CASES = cases()
+CASES = load_cases(stages=["S4"])
 OWNED = ("selection-order", "selection-ties", "selection-deep", "zone-pinned")
 
 

@@ -5,7 +5,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate import s06
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.generate.small_zones import random_zone
 from izo_ref.porting.reference.zone import constraints, displacements, objective, vectors, zone_of
 from tests.helpers.zone_port import Port, answer
@@ -27,7 +27,7 @@ FLAGS = (
     "lost-sum",
     "float32-coordinates",
 )
-CASES = s06.cases()
+CASES = load_cases(stages=["S6"])
 
 
 def test_the_cases_are_complete():

@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate import s08
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.generate.lines import case_line_of
 from izo_ref.porting.reference.line_search import at, exact, wolfe_interval
 from tests.helpers.zone_port import Port, answer
@@ -26,7 +26,7 @@ FLAGS = (
     "change-by-difference",
     "absolute-tolerance",
 )
-CASES = s08.cases()
+CASES = load_cases(stages=["S8"])
 DOWNHILL = [case for case in CASES if "no-step" not in case.flags]
 ONE_PART = Fraction(1, 10**12)
 

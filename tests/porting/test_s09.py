@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate import s09
+from izo_ref.porting.files import load_cases
 from tests.helpers.zone_port import KINDS
 from tests.helpers.zone_vectors import check_cases, failures, kept_in_float32
 from tests.ports.own import s09 as own
 
 FLAGS = ("multipliers-not-clamped", "penalty-scaling", "kink", "constraint-sign")
-CASES = s09.cases()
+CASES = load_cases(stages=["S9"])
 
 
 def port(formula):

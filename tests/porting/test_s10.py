@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from izo_ref.base.options import Options
-from izo_ref.porting.generate import iterations, s10
+from izo_ref.porting.files import load_cases
+from izo_ref.porting.generate import iterations
 from izo_ref.porting.reference import steps
 from izo_ref.porting.reference.rounded import EPS
 from izo_ref.porting.reference.tracked import Tape
@@ -28,7 +29,7 @@ FLAGS = (
     "kink",
 )
 OUTPUTS = ("objectives", "violations", "positions", "step_sizes")
-CASES = s10.cases()
+CASES = load_cases(stages=["S10"])
 
 
 def test_the_cases_are_complete():

@@ -2,14 +2,14 @@
 
 import pytest
 
-from izo_ref.porting.generate import s10
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.reference import directions, line_search, searches, steps
 from izo_ref.porting.reference.rounded import Rounded, clamped, largest
 from izo_ref.porting.reference.tracked import Tape, norm
 from izo_ref.porting.reference.zone import dot, updated
 from tests.helpers.zone_vectors import passes
 
-CASES = s10.cases()
+CASES = load_cases(stages=["S10"])
 OUTPUTS = ("objectives", "violations", "positions", "step_sizes")
 
 

@@ -5,14 +5,14 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate.s11 import cases
+from izo_ref.porting.files import load_cases
 from izo_ref.porting.reference.optimum import check, natural_residuals, optimum, rows_of
 from tests.helpers.vectors import EPS, caught, is_close, require_good_cases
 from tests.naive.qp import dense_rows, solve_qp
 from tests.ports.own.s11 import answer, problem_of
 from validation.oracles import slsqp
 
-CASES = cases()
+CASES = load_cases(stages=["S11"])
 OWNED = ("rows-redundant", "rows-opposed", "mass-ratio", "cap-100", "early-stop", "infeasible")
 ALSO = ("pinned-masses", "mass-weighting", "absolute-tolerance", "constraint-sign")
 

@@ -7,11 +7,11 @@ import pytest
 
 import izo_ref
 from izo_ref import IzoError, Options
-from izo_ref.porting.generate.s12 import cases
+from izo_ref.porting.files import load_cases
 from tests.helpers.vectors import caught, require_good_cases
 from tests.ports.own.s12 import answer, resolved, rows
 
-CASES = cases()
+CASES = load_cases(stages=["S12"])
 BY_ID = {case.id: case for case in CASES}
 OWNED = ("tunnel-swap", "queue-overflow", "pinned-motion", "fail-safe", "unhonest-status")
 # In compiled code, x / 0 is inf without a warning; without compilation numpy warns.

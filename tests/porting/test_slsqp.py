@@ -6,12 +6,12 @@ import json
 import pytest
 
 from izo_ref.porting.cases import encode
-from izo_ref.porting.generate.s11 import cases
+from izo_ref.porting.files import load_cases
 from tests.helpers.vectors import is_close
 from tests.ports import slsqp
 from tests.ports.serve import serve
 
-CASES = cases()
+CASES = load_cases(stages=["S11"])
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.id)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from izo_ref.porting.generate import s05, s11, s12
+from izo_ref.porting.files import load_cases
 from tests.helpers.vectors import is_close, same_partition
 from tests.ports.own_cuda import ANSWERS, is_tiny
 
@@ -15,7 +15,7 @@ CHOSEN = {
     "S12": ("fall-01", "fall-03", "tunnel-01", "tunnel-02", "motion-01"),
 }  # fmt: skip
 NAMES = {f"{stage}-{name}" for stage, names in CHOSEN.items() for name in names}
-CASES = [case for own in (s05, s11, s12) for case in own.cases() if case.id in NAMES]
+CASES = [case for case in load_cases(stages=CHOSEN) if case.id in NAMES]
 
 
 def zones_are_right(case, reply):

@@ -42,6 +42,15 @@ def test_a_judge_that_dies_is_reported():
         limited(Limits(), os.abort)
 
 
+def _print_as_libraries_do():
+    return os.write(1, b"out"), os.write(2, b"err")
+
+
+def test_what_a_judge_prints_belongs_to_no_report(capfd):
+    assert limited(Limits(), _print_as_libraries_do) == (3, 3)
+    assert tuple(capfd.readouterr()) == ("", "")
+
+
 def _ask_another(seconds):
     return limited(Limits(), len, "abc") + limited(Limits(seconds=seconds), time.sleep, 1000.0)
 

@@ -1,10 +1,13 @@
 """Rows of measurements: they keep their types, resume after a cut, and name their run."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
+from validation.provenance import ROOT
 from validation.rows import Rows, begin_run, read, runs
 
 ROW = {"zone": "a", "size": 4}
@@ -92,6 +95,108 @@ def test_rows_name_their_run(tmp_path):
     assert run["command"] == "python -m validation report"
     assert "numba" in run["versions"]
     assert all(run[name] for name in ("commit", "machine", "started"))
+
+
+BEGINS = """
+import sys
+from pathlib import Path
+from validation import provenance, rows
+
+made = provenance.made_by("")
+provenance.made_by = lambda command: made._replace(command=command)  # else git sets the pace
+folder, name = Path(sys.argv[1]), sys.argv[2]
+print("ready", flush=True)
+sys.stdin.readline()
+for number in range(10):
+    begun = rows.begin_run(folder, f"{name} {number}", False)
+    rows.Rows(folder, name, ("number",)).add(number=number, begun=begun)
+"""
+HOLDS = """
+import sys
+from validation import rows
+
+def hold(path, cells):
+    print("ready", flush=True)
+    sys.stdin.readline()
+
+rows._append = hold
+rows.begin_run(sys.argv[1], "held", False)
+"""
+
+
+@pytest.fixture
+def started():
+    """Return a function that starts a program in Python and waits until it is ready."""
+    processes = []
+
+    def start(program, *words):
+        command = [sys.executable, "-c", program, *map(str, words)]
+        pipe = subprocess.PIPE
+        process = subprocess.Popen(command, cwd=ROOT, stdin=pipe, stdout=pipe, text=True)
+        processes.append(process)
+        assert process.stdout.readline() == "ready\n"
+        return process
+
+    yield start
+    for process in processes:
+        process.kill()
+        process.communicate()
+
+
+def go_on(process):
+    """Let a program that is ready go on."""
+    process.stdin.write("\n")
+    process.stdin.flush()
+
+
+def test_processes_that_begin_runs_at_once_have_runs_of_their_own(tmp_path, started):
+    names = ["a", "b", "c", "d"]
+    processes = [started(BEGINS, tmp_path, name) for name in names]
+    for process in processes:
+        go_on(process)
+    assert [process.wait() for process in processes] == [0] * 4
+    commands = {run["run"]: run["command"] for run in runs(tmp_path)}
+    assert sorted(commands) == list(range(1, 41))
+    for name in names:
+        rows = read(tmp_path, name)
+        assert [commands[row["run"]] for row in rows] == [f"{name} {k}" for k in range(10)]
+        assert all(row["run"] == row["begun"] for row in rows)
+
+
+def test_rows_name_the_run_of_their_process_and_not_one_that_was_begun_since(tmp_path):
+    begin_run(tmp_path, "ours", False)
+    Rows(tmp_path, "study", ("zone",)).add(zone="a")
+    path = tmp_path / "runs.csv"
+    last = path.read_text().splitlines()[-1]
+    with path.open("a") as file:  # a quick run of another process
+        file.write(last.replace("1,ours", "2,theirs").replace(",False,", ",True,") + "\n")
+    ours = Rows(tmp_path, "study", ("zone",))
+    assert ours.has(zone="a")
+    ours.add(zone="b")
+    assert [row["run"] for row in ours.all()] == [1, 1]
+    assert begin_run(tmp_path, "ours", False) == 3
+
+
+def test_a_process_that_is_killed_while_it_begins_a_run_blocks_nobody(tmp_path, started):
+    first, second = started(HOLDS, tmp_path), started(BEGINS, tmp_path, "b")
+    go_on(second)
+    with pytest.raises(subprocess.TimeoutExpired):
+        second.wait(timeout=0.2)  # it waits for the first one
+    assert runs(tmp_path) == []
+    first.kill()
+    assert second.wait() == 0
+    assert [run["command"] for run in runs(tmp_path)] == [f"b {k}" for k in range(10)]
+    assert [path.name for path in sorted(tmp_path.iterdir())] == ["b.csv", "runs.csv"]
+
+
+def test_a_new_run_has_an_id_that_no_run_has(tmp_path):
+    """Lines of runs may have been left out or moved, as where rows of two machines are joined."""
+    for name in "abc":
+        begin_run(tmp_path, name, False)
+    path = tmp_path / "runs.csv"
+    head, _, two, three = path.read_text().splitlines()
+    path.write_text("\n".join((head, three, two)) + "\n")
+    assert begin_run(tmp_path, "d", False) == 4
 
 
 def test_wrong_rows_are_refused(tmp_path):

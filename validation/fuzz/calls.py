@@ -1,8 +1,7 @@
-"""Inputs of the functions: scenes, next steps, options, certificates, zones."""
+"""Inputs of the functions: scenes, next steps, options, certificates."""
 
 import math
 from collections.abc import Callable
-from fractions import Fraction
 from functools import partial
 from typing import Any, TypeAlias
 
@@ -13,12 +12,12 @@ from izo_ref import errors
 from izo_ref.base.options import CHOICES, RULES
 from validation.fuzz import contract
 from validation.fuzz.arrays import Rng, changed, strange_value
+from validation.fuzz.start import start_meets
+from validation.fuzz.tables import is_ordinary, mixes_flags, number_of, table_of
 from validation.fuzz.trial import Trial, Wrong
 
 MakeCall: TypeAlias = Callable[[Rng], Trial]
 THICKNESS_M = 0.01
-ORDINARY = 1e20  # largest coordinate for which every number of an answer has to be finite [m]
-HEAVY = 1e290  # [kg], up to which multipliers of ordinary zones are finite
 EXACT_SHARE = 0.1  # of the scenes whose start is also decided in exact arithmetic
 SIZES = (1.0, 1.0, 1.0, 1e-6, 1e6, 1e-150, 1e150, 1e-305, 1e302)
 
@@ -97,7 +96,7 @@ def scene_trial(rng: Rng) -> Trial:
         if arguments.get("weld") is None and not _same(scene.positions_t0, arguments):
             return "the positions are others"
         arrays = (scene.positions_t0, scene.positions_t1, scene.masses)
-        return "" if all(map(_is_finite, arrays)) else "a number is not finite"
+        return "" if all(map(is_finite, arrays)) else "a number is not finite"
 
     return Trial(call, wrongs, judge, f"Scene({shown(arguments)})")
 
@@ -110,22 +109,21 @@ def _is_plain(arguments: dict[str, Any]) -> bool:
 
 def _meets(arguments: dict[str, Any]) -> bool:
     faces = np.asarray(arguments["faces"], float).astype(int).reshape(-1, 3).tolist()
-    return contract.start_meets(np.asarray(arguments["positions_t0"], float), faces)
+    return start_meets(np.asarray(arguments["positions_t0"], float), faces)
 
 
 def _same(positions: Any, arguments: dict[str, Any]) -> bool:
-    table = contract.table_of(arguments["positions_t0"])
-    wanted = [contract.number_of(item) for item in table.items] if table else None
-    return positions.ravel().tolist() == wanted or (
-        table is not None and contract.mixes_flags(table)
-    )
+    table = table_of(arguments["positions_t0"])
+    wanted = [number_of(item) for item in table.items] if table else None
+    return positions.ravel().tolist() == wanted or (table is not None and mixes_flags(table))
 
 
-def _is_finite(array: Any) -> bool:
+def is_finite(array: Any) -> bool:
+    """Return whether all numbers of an array are finite."""
     return bool(np.isfinite(array).all())
 
 
-def _hanging_step(rng: Rng, n_low: int = 1) -> izo_ref.Scene:
+def hanging_step(rng: Rng, n_low: int = 1) -> izo_ref.Scene:
     """Return a step with a face, above which vertices fall through it."""
     n = int(rng.integers(n_low, 5))
     low = np.array([[-2.0, -2, 0], [2, -2, 0], [0, 3, 0]])
@@ -141,7 +139,7 @@ def result_problem(result: Any, scene: izo_ref.Scene) -> str:
     """Return what is wrong with a result, as far as the documentation promises numbers."""
     numbers = [result.positions, result.thickness, result.time_free, result.multipliers]
     numbers += [result.certificate.meeting_toi, result.impacts.weights, result.impacts.normals]
-    if not all(map(_is_finite, numbers)):
+    if not all(map(is_finite, numbers)):
         return "a number of the result is not finite"
     if math.isnan(result.objective) or any(any(map(math.isnan, r)) for r in result.residuals):
         return "the objective or a residual is NaN"
@@ -179,7 +177,7 @@ def options_of(rng: Rng) -> dict[str, Any]:
 
 def resolve_trial(rng: Rng) -> Trial:
     """Return a call of `resolve` with options, a thickness and other arguments."""
-    scene, given = _hanging_step(rng), options_of(rng)
+    scene, given = hanging_step(rng), options_of(rng)
     arguments: dict[str, Any] = {"thickness": THICKNESS_M}
     wrongs = contract.options_wrongs(given)
     if rng.random() < 0.2:
@@ -209,8 +207,8 @@ def resolve_trial(rng: Rng) -> Trial:
 
 def after_trial(rng: Rng) -> Trial:
     """Return a call of `Scene.after`."""
-    scene = _hanging_step(rng)
-    n, others = len(scene.pinned), _hanging_step(rng)
+    scene = hanging_step(rng)
+    n, others = len(scene.pinned), hanging_step(rng)
     result = izo_ref.resolve(scene, THICKNESS_M)
     end = result.positions + rng.normal(size=(n, 3)) * 0.05
     arguments = {"positions_t1": end, "masses": np.ones(n), "pinned": scene.pinned}
@@ -227,9 +225,9 @@ def after_trial(rng: Rng) -> Trial:
         result = choices[rng.integers(3)]
         found.append(Wrong("result"))
     wrongs = [one for one in found if one is not None]
-    table = contract.table_of(arguments["positions_t1"])
-    is_open = not wrongs and table is not None and not contract.is_ordinary(table)
-    is_open |= table is not None and contract.mixes_flags(table)
+    table = table_of(arguments["positions_t1"])
+    is_open = not wrongs and table is not None and not is_ordinary(table)
+    is_open |= table is not None and mixes_flags(table)
     if is_open and not wrongs:
         return Trial(lambda: scene.after(result, **arguments), None, lambda _: "", shown(arguments))
 
@@ -242,7 +240,7 @@ def after_trial(rng: Rng) -> Trial:
 
 def certify_trial(rng: Rng) -> Trial:
     """Return a call of `certify_path`."""
-    scene = _hanging_step(rng)
+    scene = hanging_step(rng)
     arguments: dict[str, Any] = {"positions": scene.positions_t1, "rules": frozenset(RULES)}
     arguments = disturbed(rng, arguments)
     wrong = contract.real_wrong("positions", arguments["positions"], scene.positions_t0.shape)
@@ -250,10 +248,8 @@ def certify_trial(rng: Rng) -> Trial:
     rules = arguments["rules"]
     known = isinstance(rules, (set, frozenset)) and all(r in RULES for r in rules)
     wrongs += [] if known else [Wrong("rules")]
-    table = contract.table_of(arguments["positions"])
-    is_open = table is not None and not (
-        contract.is_ordinary(table) and not contract.mixes_flags(table)
-    )
+    table = table_of(arguments["positions"])
+    is_open = table is not None and not (is_ordinary(table) and not mixes_flags(table))
 
     def judge(certificate: Any) -> str:
         times = [certificate.time_free, *certificate.meeting_toi]
@@ -262,92 +258,3 @@ def certify_trial(rng: Rng) -> Trial:
     what = f"certify_path({shown(arguments)})"
     call: Callable[[], Any] = lambda: izo_ref.certify_path(scene, **arguments)  # noqa: E731
     return Trial(call, None if is_open and not wrongs else wrongs, judge, what)
-
-
-def zone_arrays(rng: Rng) -> dict[str, Any]:
-    """Return the arguments of a valid zone problem."""
-    n, k = int(rng.integers(4, 9)), int(rng.integers(0, 6))
-    nodes = np.array([rng.choice(n, 4, replace=False) for _ in range(k)], int).reshape(-1, 4)
-    weights = np.empty((k, 4))
-    for i in range(k):
-        inside = rng.dirichlet(np.ones(3))
-        weights[i] = [1.0, *-inside]
-    normals = rng.normal(size=(k, 3))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-9)[:, None]
-    masses = 10.0 ** rng.uniform(-3, 3, n)
-    masses[rng.random(n) < 0.2] = np.inf
-    return {
-        "nodes": nodes,
-        "weights": weights,
-        "normals": normals,
-        "proposed": rng.normal(size=(n, 3)),
-        "masses": masses,
-        "thickness": float(10.0 ** rng.uniform(-6, 0)),
-    }
-
-
-def zone_trial(rng: Rng) -> Trial:
-    """Return a call of `ZoneProblem` and `solve_zone`."""
-    arguments = disturbed(rng, zone_arrays(rng), 0.7)
-    given: dict[str, Any] = {}
-    if rng.random() < 0.6:
-        offered = CHOICES["method"]
-        given["method"] = offered[rng.integers(len(offered))]
-        given["max_steps"] = 1000
-    wrongs = contract.zone_wrongs(arguments)
-    if rng.random() < 0.1:
-        given["tolerance"] = strange_value(rng)
-        wrong = contract.positive_wrong("tolerance", given["tolerance"], 0.0)
-        wrongs += [wrong] if wrong else []
-    tables = [contract.table_of(arguments[k]) for k in ("proposed", "weights", "normals")]
-    tables += [contract.table_of(arguments[k]) for k in ("nodes", "masses")]
-    mixed = any(t is not None and contract.mixes_flags(t) for t in tables)
-    mixed |= any(map(contract.is_empty_flags, arguments.values()))
-    is_open = False
-    proposed = contract.table_of(arguments["proposed"])
-    is_open |= proposed is not None and not contract.is_ordinary(proposed)
-    thickness = contract.number_of(arguments["thickness"])
-    is_open |= thickness is not None and not 1e-20 < thickness < 1e20
-
-    def call() -> Any:
-        problem = izo_ref.ZoneProblem(**arguments)
-        return problem, izo_ref.solve_zone(problem, **given)
-
-    what = f"solve_zone({shown(arguments)}, {shown(given)})"
-    is_open = mixed or (is_open and not wrongs)
-    return Trial(call, None if is_open else wrongs, zone_problem_of, what)
-
-
-def zone_problem_of(found: tuple[izo_ref.ZoneProblem, izo_ref.ZoneSolution]) -> str:
-    """Return what is wrong with the solution of a zone: its numbers, or that it is called solved.
-
-    The violation is computed in rational numbers.
-    """
-    problem, solution = found
-    if not (_is_finite(solution.positions) and _is_finite(solution.displacements)):
-        return "a position is not finite"
-    # at extreme sizes, a multiplier that no float can hold becomes infinite (docs/limits)
-    is_ordinary = max(np.abs(problem.proposed).max(), problem.thickness) < ORDINARY
-    is_ordinary &= problem.masses[np.isfinite(problem.masses)].max(initial=0.0) < HEAVY
-    if not _is_finite(solution.multipliers) and is_ordinary:
-        return "a multiplier is not finite"
-    judged = solution.residuals
-    if any(map(math.isnan, judged)):
-        return "a residual is NaN"
-    if not judged.solved(1e-9, 1e-9):
-        return ""
-    if not solution.feasible and judged.gap <= 1e-9 and len(problem.nodes) == 1:
-        return "a solved zone is called infeasible"
-    worst = Fraction(0)
-    ends = [[Fraction(float(x)) for x in row] for row in solution.positions]
-    for nodes, weights, normal in zip(problem.nodes, problem.weights, problem.normals, strict=True):
-        gap = -Fraction(problem.thickness)
-        for node, weight in zip(nodes.tolist(), weights.tolist(), strict=True):
-            # relative to the first node, because weights sum to zero to their rounding only
-            ends_of = zip(ends[node], ends[int(nodes[0])], normal.tolist(), strict=True)
-            gap += sum(Fraction(weight) * Fraction(n) * (x - o) for x, o, n in ends_of)
-        worst = max(worst, -gap)
-    allowed = 2.0 * max(1e-9, judged.violation_floor) * problem.thickness
-    if math.isinf(allowed):  # beyond the largest float
-        return ""
-    return "" if worst <= Fraction(allowed) else f"called solved, but violated by {float(worst)} m"

@@ -7,81 +7,27 @@ documentation says only that it may be refused.
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import combinations
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from izo_ref.base.options import CHOICES, MOST, PRESET_METHODS, RULES, SWEEPS
+from validation.fuzz.tables import (
+    Table,
+    is_empty_flags,
+    is_ordinary,
+    mixes_flags,
+    number_of,
+    table_of,
+)
 from validation.fuzz.trial import Wrong
-from validation.oracles import path as path_oracle
 
 MODES = {
     "initial_intersections": ("raise", "ratchet", "exclude"),
     "prescribed": ("exclude", "block"),
 }
-DEPTH = 64  # of lists in lists, more than arrays of numpy have
 WHOLE = ("max_iterations", "relinearize", "max_steps", "small_zone")
 TOLERANCES = ("relinearize_gain", "gap_tolerance", "violation_tolerance")
-
-
-class Table(NamedTuple):
-    """An array as a list of Python objects, row by row."""
-
-    shape: tuple[int, ...]
-    items: list[Any]
-
-
-def table_of(value: Any, depth: int = 0) -> Table | None:
-    """Return what numpy makes of a value; None if it makes no array of it, or masks an entry."""
-    if isinstance(value, np.ma.MaskedArray) and bool(np.any(np.ma.getmaskarray(value))):
-        return None
-    if isinstance(value, np.ndarray):
-        if value.dtype.kind not in "biufOUSMmcV" or value.dtype.kind == "V":
-            return Table(value.shape, [b"no number"] * value.size)
-        if value.dtype.kind not in "biufO":
-            return Table(value.shape, [b"no number"] * max(value.size, 1))
-        return Table(value.shape, list(value.flat))
-    if isinstance(value, (range, memoryview)):
-        value = list(value)
-    if not isinstance(value, (list, tuple)):
-        return Table((), [value])
-    if depth > DEPTH:
-        return None
-    rows = [table_of(item, depth + 1) for item in value]
-    if any(row is None for row in rows):
-        return None
-    known = [row for row in rows if row is not None]
-    if any(row.shape != known[0].shape for row in known):
-        return None
-    inner = known[0].shape if known else ()
-    items = [item for row in known for item in row.items]
-    plain = (bool, np.bool_, float, int, np.number)
-    is_plain = depth == 0 and all(isinstance(x, plain) and not abs(x) >= 2**63 for x in items)
-    if is_plain and not all(isinstance(x, (bool, np.bool_)) for x in items):
-        items = [+x if isinstance(x, bool) else x for x in items]  # as numpy does in a list
-    return Table((len(known), *inner), items)
-
-
-def mixes_flags(table: Table) -> bool:
-    """Return whether numbers and flags are in one list, of which numpy makes numbers."""
-    flags = [isinstance(item, (bool, np.bool_)) for item in table.items]
-    return any(flags) and not all(flags)
-
-
-def number_of(item: Any) -> float | None:
-    """Return a real number, rounded to a float; None for everything else."""
-    if isinstance(item, (bool, np.bool_, str, bytes, complex, np.complexfloating)):
-        return None
-    if isinstance(item, (np.datetime64, np.timedelta64, np.ndarray)):
-        return None
-    if not hasattr(item, "__float__"):
-        return None
-    try:
-        with np.errstate(all="ignore"):
-            return float(item)
-    except Exception:
-        return None
 
 
 def real_wrong(name: str, value: Any, shape: tuple[int | None, ...]) -> Wrong | None:
@@ -232,17 +178,6 @@ def _mixed(arguments: Mapping[str, Any], *names: str) -> bool:
     return mixed or any(map(is_empty_flags, given))
 
 
-def is_empty_flags(value: Any) -> bool:
-    """Return whether a value is an array of flags without any; no page says what that is."""
-    return isinstance(value, np.ndarray) and value.size == 0 and value.dtype == bool
-
-
-def is_ordinary(table: Table) -> bool:
-    """Return whether all coordinates are 0, or of sizes for which no limit is documented."""
-    sizes = [abs(number_of(item) or 0.0) for item in table.items]
-    return all(size == 0.0 or 1e-20 < size < 1e20 for size in sizes)
-
-
 def options_wrongs(given: Mapping[str, Any]) -> list[Wrong]:
     """Return what is wrong with the arguments of `Options`."""
     wrongs = []
@@ -332,37 +267,3 @@ def _size_wrong(name: str, rows: Table) -> Wrong | None:
         if largest and not 2.0**-100 <= largest <= 2.0**100:
             return Wrong(name, f"row {i // width}")
     return None
-
-
-def start_meets(positions: Any, faces: Sequence[Sequence[int]]) -> bool:
-    """Return whether a mesh intersects or touches itself, by all pairs, in exact arithmetic."""
-    points = np.array(positions, float)
-    edges = sorted({edge for face in faces for edge in combinations(sorted(face), 2)})
-    pairs = [(False, (v, *f)) for v in range(len(points)) for f in faces if v not in f]
-    pairs += [(True, (*a, *b)) for a, b in combinations(edges, 2) if not set(a) & set(b)]
-    for is_edge_edge, nodes in pairs:
-        corners = points[list(nodes)]
-        if path_oracle.meets(is_edge_edge, corners, corners):
-            return True
-    through = [(e, f) for e in edges for f in faces if not set(e) & set(f)]
-    exact = [[Fraction(float(x)) for x in point] for point in points]
-    return any(_goes_through([exact[v] for v in e], [exact[v] for v in f]) for e, f in through)
-
-
-def _goes_through(edge: list[list[Fraction]], face: list[list[Fraction]]) -> bool:
-    """Return whether the ends of an edge are on two sides of a face that it goes through."""
-    (p, q), (a, b, c) = edge, face
-    if _side(a, b, c, p) * _side(a, b, c, q) >= 0:
-        return False
-    sides = [_side(p, q, a, b), _side(p, q, b, c), _side(p, q, c, a)]
-    return all(s >= 0 for s in sides) or all(s <= 0 for s in sides)
-
-
-def _side(a: list[Fraction], b: list[Fraction], c: list[Fraction], d: list[Fraction]) -> Fraction:
-    """Return six times the signed volume of a tetrahedron."""
-    u, v, w = ([x - y for x, y in zip(p, a, strict=True)] for p in (b, c, d))
-    return (
-        u[0] * (v[1] * w[2] - v[2] * w[1])
-        - u[1] * (v[0] * w[2] - v[2] * w[0])
-        + u[2] * (v[0] * w[1] - v[1] * w[0])
-    )

@@ -2,14 +2,21 @@
 
 from pathlib import Path
 
-from validation.fuzz import archives, calls, readers
+from validation.fuzz import (
+    archives,
+    calls,
+    calls_check,
+    calls_detection,
+    calls_zones,
+    readers,
+)
 from validation.fuzz.arrays import Rng
 from validation.fuzz.run import Family, MakeTrial
 from validation.fuzz.trial import Trial
 
 SEED = 21
 COUNT = 100_000
-WHOLE = 1000  # the sum of all shares
+WHOLE = 1000  # of so many inputs, each family has its share; the shares are a little more in all
 SMALL = 192 << 20  # bytes that a batch of readers may take: a hostile file may not ask for more
 
 
@@ -25,7 +32,7 @@ FAMILIES: dict[str, Family] = {
     "Scene.after": Family(_without_files(calls.after_trial), 30),
     "resolve": Family(_without_files(calls.resolve_trial), 50),
     "certify_path": Family(_without_files(calls.certify_trial), 50),
-    "solve_zone": Family(_without_files(calls.zone_trial), 120),
+    "solve_zone": Family(_without_files(calls_zones.zone_trial), 120),
     "step archive": Family(archives.step_trial, 140, SMALL),
     "result archive": Family(archives.result_trial, 80, SMALL),
     "dump archive": Family(archives.dump_trial, 40, SMALL),
@@ -39,6 +46,9 @@ FAMILIES: dict[str, Family] = {
     "index of a trace": Family(readers.index_trial, 10, SMALL),
     "rows": Family(readers.rows_trial, 10, SMALL),
     "rows in JSON": Family(readers.json_rows_trial, 10, SMALL),
+    "find_impacts": Family(_without_files(calls_detection.find_trial), 50),
+    "plan": Family(_without_files(calls_detection.plan_trial), 50),
+    "check": Family(calls_check.check_trial, 50, 4 << 30),
 }
 
 

@@ -21,7 +21,8 @@ from izo_ref.porting.files import CHECKOUT, load_cases, wrong_files
 from izo_ref.porting.stages import STAGES
 from izo_ref.porting.trace_files import load_arrays, load_index
 from validation import json_rows
-from validation.fuzz.archives import STEP, array_bytes, members_of, zip_bytes
+from validation.fuzz.archive_bytes import array_bytes, members_of, zip_bytes
+from validation.fuzz.archives import STEP
 from validation.fuzz.arrays import Rng
 from validation.fuzz.trial import Trial, Wrong
 from validation.rows import Rows, read, runs

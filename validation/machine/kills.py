@@ -14,7 +14,7 @@ import os
 import shutil
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,9 +27,10 @@ from validation.machine import victim
 from validation.machine.small_study import KEYS, PARTS, ZONES
 from validation.machine.targets import NOT_WHOLE, Target
 from validation.provenance import ROOT
-from validation.rows import Row, Rows, read
+from validation.rows import Row, read
 
-STEP = ROOT / "data" / "scenes" / "at-rest.npz"
+# its trace has 75 files, and that of at-rest 291, each of which goes to the disk by itself
+STEP = ROOT / "data" / "scenes" / "pinch-tight.npz"
 SIGNALS = (signal.SIGKILL, signal.SIGKILL, signal.SIGTERM, signal.SIGINT)
 ABSENT, HALF = "absent", "HALF WRITTEN"
 LEFT_OUT = shutil.ignore_patterns(
@@ -235,39 +236,29 @@ def _left_after_next(target: Target, work: Path) -> int:
     )
 
 
-def run(
-    folder: Path,
-    bench_folder: Path,
-    targets: Sequence[Target],
-    moments: int,
-    seed: int,
-    say: Callable[[str], Any],
-) -> list[Row]:
-    """Kill commands at random moments, one after the other, and keep a row of each.
+def killed(
+    folder: Path, targets: Sequence[Target], numbers: Iterable[int], seed: int
+) -> Iterator[tuple[int, Row]]:
+    """Kill commands at random moments, one after the other.
+
+    This process runs each of the commands once, and is of no other use afterwards: they write
+    into a copy of the checkout because variables of their modules are changed.
 
     Args:
-        folder: Folder of the rows, `kills.csv`; rows that are there are not measured again.
-        bench_folder: An empty folder for the commands.
-        targets: The commands.
-        moments: How many.
+        folder: An empty folder for the commands.
+        targets: The commands, which take turns.
+        numbers: Numbers of the moments.
         seed: Seed of the moments.
-        say: Function that is called with a line for each.
 
-    Returns:
-        The rows of this seed.
+    Yields:
+        The number of a moment, and the row of what the command left.
     """
-    table = Rows(folder, "kills", ("seed", "number"))
-    bench = Bench(bench_folder, targets)
+    bench = Bench(folder, targets)
     bench.prepare()
-    for number in range(moments):
-        if table.has(seed=seed, number=number):
-            continue
+    for number in numbers:
         target = targets[number % len(targets)]
         by_clock = number // len(targets) % 2 == 0
-        row = bench.kill(target, by_clock, np.random.default_rng([seed, number]))
-        table.add(seed=seed, number=number, **row)
-        say(_line(number, row))
-    return [row for row in table.all() if row["seed"] == seed]
+        yield number, bench.kill(target, by_clock, np.random.default_rng([seed, number]))
 
 
 def summary(rows: Sequence[Row]) -> str:
@@ -282,7 +273,8 @@ def summary(rows: Sequence[Row]) -> str:
     )
 
 
-def _line(number: int, row: Row) -> str:
+def line(number: int, row: Row) -> str:
+    """Return a row in words."""
     verdict = "right" if row["right"] else "WRONG"
     return (
         f"{number} {row['command']}: {row['signal']} by {row['by']} at {row['moment']:.3g}, "

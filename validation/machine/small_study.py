@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
+from izo_ref.app.files import replacing
 from izo_ref.app.process import run_and_exit
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
 from validation import json_rows
 from validation.provenance import Made
-from validation.report.tables import write_page
 from validation.rows import Rows, begin_run
 
 KEYS = ("zone", "part")
@@ -35,7 +35,8 @@ def main() -> int:
     every = table.all()
     kept = [[row["zone"], row["part"], row["objective"]] for row in every]
     json_rows.save(folder / "small.json", Made("small study", "", "", ""), kept)
-    write_page(folder / "small.md", ["# Small", f"{len(every)} rows"])
+    with replacing(folder / "small.md") as file:  # as pages are written
+        file.write(f"# Small\n\n{len(every)} rows\n".encode())
     return 0
 
 

@@ -84,6 +84,8 @@ class ScaledZone(NamedTuple):
 def mass_norm(masses: Floats, vectors: Floats) -> float:
     """Compute sqrt(sum m |v|^2) over the vertices of finite mass.
 
+    The largest component is made about 1 by a power of two, whose square no float need hold.
+
     Args:
         masses: (n,) f8 [kg].
         vectors: (n, 3) f8 [m].
@@ -92,7 +94,11 @@ def mass_norm(masses: Floats, vectors: Floats) -> float:
         [m kg^1/2].
     """
     unpinned = np.isfinite(masses)
-    return float(np.sqrt((masses[unpinned, None] * vectors[unpinned] ** 2).sum()))
+    own = vectors[unpinned]
+    exponent = int(np.frexp(np.abs(own).max(initial=0.0))[1])
+    root = np.sqrt((masses[unpinned, None] * np.ldexp(own, -exponent) ** 2).sum())
+    with np.errstate(over="ignore"):
+        return float(np.ldexp(root, exponent))
 
 
 def no_answer(problem: ZoneArrays, message: str, seconds: float) -> Answer:

@@ -6,7 +6,7 @@ from pathlib import Path
 from validation.report.tables import NOT_MEASURED, section, table
 from validation.rows import Columns, Row, read
 
-NAMES = ("random-steps", "fuzz", "time-cells")
+NAMES = ("random-steps", "fuzz", "time-cells", "kills")
 STATUSES = ("FREE", "FREE_BY_FALLBACK", "FREE_EXCEPT_EXCLUDED", "BLOCKED")
 COUNTS = (
     *("cases", "steps", *STATUSES, "refused", "slow", "crashed"),
@@ -62,7 +62,7 @@ TIME_INTRO = (
 )
 KILLS_INTRO = (
     "Commands were killed at random moments: by SIGKILL, SIGINT and SIGTERM, half of them by the "
-    "clock and half at a call that changes a file. `python -m validation.machine` does it again."
+    "clock and half at a call that changes a file. An output has to be whole, or as it was before."
 )
 
 
@@ -72,7 +72,7 @@ def sections(rows_folder: Path) -> list[str]:
         _random_steps(read(rows_folder, "random-steps")),
         section("Bad input", INPUT_INTRO, INPUT, _with_sum(read(rows_folder, "fuzz"))),
         section("What makes a step slow", TIME_INTRO, TIME, read(rows_folder, "time-cells")),
-        _kills(read(rows_folder.parent.parent / "machine" / "rows", "kills")),
+        _kills(read(rows_folder, "kills")),
     ]
 
 

@@ -95,11 +95,18 @@ def _before_rows(folder: Path, say: Say) -> None:
     before_rows(folder, say)
 
 
+def _kill_rows(folder: Path, say: Say) -> None:
+    from validation.study.kills import measure
+
+    measure(folder, say)
+
+
 PARTS: dict[str, Part] = {
     **{family: partial(ladder_rows, family) for family in FAMILIES},
     "random-steps": _random_step_rows,
     "input": _input_rows,
     "time": _time_rows,
+    "kills": _kill_rows,
     "bounds": bound_rows,
     "before": _before_rows,
 }
