@@ -25,7 +25,7 @@ from validation.ladders.ladder import (
 from validation.oracles.answer import Answer
 from validation.report import limits_table
 from validation.report import stability as page
-from validation.report.stability_map import map_svg
+from validation.report.stability_map import map_svg, short
 from validation.report.stability_rows import measured
 from validation.rows import begin_run, read
 from validation.scenes.zones import random_zone
@@ -110,6 +110,22 @@ def test_a_map_has_a_cell_for_each_rung_and_a_sign_for_each_verdict(rows):
     root = ET.fromstring(map_svg("A map", measured(rows, "stiff")))
     words = [text.text or "" for text in root.iter("{http://www.w3.org/2000/svg}text")]
     assert {"1", "10", "100 !", "1000 ×", "plain", "hangs …", "breaks ×"} <= set(words)
+
+
+@pytest.mark.parametrize(
+    ("rung", "text"),
+    [
+        ("1e+06", "1e6"),
+        ("1.00000000001", "1 + 1e-11"),
+        ("0.499999999999", "0.5 - 1e-12"),
+        ("0.333333333333", "0.33333"),
+        ("4.94065645841e-324", "4.9407e-324"),
+        ("1.0001", "1.0001"),
+        ("a name", "a name"),
+    ],
+)
+def test_a_cell_tells_its_rung_from_those_beside_it(rung, text):
+    assert short(rung) == text
 
 
 def test_without_rows_the_page_says_so(tmp_path):

@@ -97,17 +97,24 @@ def _cell(
 
 def _lines(rung: str, width: float) -> list[str]:
     letters = max(4, int((width - 8) / CHARACTER_PX))
-    return textwrap.wrap(_short(rung), letters) or [""]
+    return textwrap.wrap(short(rung), letters) or [""]
 
 
-def _short(rung: str) -> str:
-    """Return a number with few letters, such as 1e6; a name as it is."""
+def short(rung: str) -> str:
+    """Return a number with few letters, such as 1e6 or 1 + 1e-11; a name as it is."""
     try:
         value = float(rung)
     except ValueError:
         return rung
-    text = f"{value:.5g}"
-    return text.replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
+    near, sign = float(f"{value:.5g}"), "+" if value > float(f"{value:.5g}") else "-"
+    beyond = float(f"{abs(value - near):.1g}")
+    if 0.0 < beyond and abs(abs(value - near) - beyond) <= 1e-3 * beyond:  # as in 1 + 1e-11
+        return f"{_few_letters(near)} {sign} {_few_letters(beyond)}"
+    return _few_letters(value)
+
+
+def _few_letters(value: float) -> str:
+    return f"{value:.5g}".replace("e+0", "e").replace("e+", "e").replace("e-0", "e-")
 
 
 def _legend(y: float) -> list[str]:
