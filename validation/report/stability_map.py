@@ -108,7 +108,7 @@ def short(rung: str) -> str:
         return rung
     near, sign = float(f"{value:.5g}"), "+" if value > float(f"{value:.5g}") else "-"
     beyond = float(f"{abs(value - near):.1g}")
-    if 0.0 < beyond and abs(abs(value - near) - beyond) <= 1e-3 * beyond:  # as in 1 + 1e-11
+    if beyond > 0.0 and abs(abs(value - near) - beyond) <= 1e-3 * beyond:  # as in 1 + 1e-11
         return f"{_few_letters(near)} {sign} {_few_letters(beyond)}"
     return _few_letters(value)
 
