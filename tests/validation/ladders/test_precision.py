@@ -170,6 +170,31 @@ def test_a_step_in_a_range_is_right():
     assert "1 are missing, such as 2" in noise.judged(stage, Answer({}, frozenset({1})), pairs)[1]
 
 
+def test_a_search_may_pass_by_a_step_that_is_shorter_than_the_smallest_one():
+    """Noise of one unit on a direction along which L is flat leaves a step of about 1e-17."""
+    stage = "S8 line search"
+    flat = [
+        inputs
+        for inputs in precision.inputs_of(stage)
+        if inputs["search"] == "exact" and set(inputs["direction"]) == {0.0, 1.0}
+    ]
+    assert len(flat) == 1
+    downhill = [a - 2.0**-53 * (i % 3 == 2) for i, a in enumerate(flat[0]["direction"][:3])]
+    uphill = [-a if i % 3 == 2 else a for i, a in enumerate(downhill)]
+    found = [
+        REFERENCES[stage]({**flat[0], "direction": p + flat[0]["direction"][3:]})
+        for p in (downhill, uphill)
+    ]
+    (right,) = (one for one in found if one.ranges)
+    least, most = right.ranges["step"]
+    assert (least, right.decision) == (0.0, None)
+    assert 0.0 < most < 1e-15
+    step, change = (np.array([right.numbers[name][0]]) for name in ("step", "change"))
+    for factor, is_right in ((0.0, True), (0.5, True), (1.0, True), (2.0, False)):
+        answer = Answer({"step": factor * step, "change": change}, "")
+        assert (noise.judged(stage, answer, right)[1] == "") == is_right
+
+
 def test_the_reference_of_a_zone_is_the_closed_form():
     """One vertex of mass 2 kg and a pinned face: it goes up to the thickness."""
     inputs = {
