@@ -11,7 +11,8 @@ from izo_ref.porting.files import load_cases
 from izo_ref.porting.generate.s02 import EARLY, MULTIPLE
 from izo_ref.porting.reference.contact import Pair, cubic, meeting
 from tests.helpers.frames import APART, pair_of, right_answer
-from tests.ports.own.s02 import answer, relative
+from tests.ports.own.s02 import answer
+from validation.ladders.stage_calls import relative_nodes
 from validation.oracles.path import first_meeting
 
 CASES = load_cases(stages=["S2"])
@@ -218,7 +219,7 @@ def test_pairs_that_turn_past_each_other_take_the_steps_that_their_sentences_say
     found = [case for case in CASES if "step-cap" in case.flags]
     assert found
     for case in found:
-        start, end = (relative(case.inputs[name]) for name in ("start", "end"))
+        start, end = (relative_nodes(case.inputs[name]) for name in ("start", "end"))
         with np.errstate(all="ignore"):
             steps = advance(bool(case.inputs["is_edge_edge"]), *start, *end)[3]
         assert f" {steps} steps" in case.what

@@ -14,6 +14,7 @@ from tests.helpers.zone_vectors import failures
 from tests.naive import presets
 from tests.naive.qp import dense_rows
 from tests.ports.own import s10 as own
+from validation.ladders.stage_descent import BEGINS
 
 FLAGS = (
     "multiplier-order",
@@ -76,7 +77,7 @@ def test_parameters_are_those_of_the_presets(name):
     assert inputs["penalty"] == preset.mu
     assert inputs["direction_name"] == preset.method
     assert (inputs["scaling"] == "total-mass") == preset.by_total_mass
-    assert own.BEGINS[inputs["begin"]] == settings.begin
+    assert BEGINS[inputs["begin"]] == settings.begin
     for field in ("armijo", "wolfe", "shrink", "grow", "smallest_step", "faithful", "every_step"):
         if (field, inputs["search"]) not in {("wolfe", "backtracking"), ("shrink", "wolfe")}:
             assert inputs[field] == getattr(settings, field), field

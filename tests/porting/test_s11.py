@@ -9,7 +9,8 @@ from izo_ref.porting.files import load_cases
 from izo_ref.porting.reference.optimum import check, natural_residuals, optimum, rows_of
 from tests.helpers.vectors import EPS, caught, is_close, require_good_cases
 from tests.naive.qp import dense_rows, solve_qp
-from tests.ports.own.s11 import answer, problem_of
+from tests.ports.own.s11 import answer
+from validation.ladders.zone_arrays import problem_of
 from validation.oracles import slsqp
 
 CASES = load_cases(stages=["S11"])

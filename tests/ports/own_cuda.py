@@ -18,6 +18,7 @@ from izo_ref.base.records import Impacts
 from izo_ref.zones.gpu_grouping import build_zones
 from tests.ports.own import s11, s12
 from tests.ports.serve import serve
+from validation.ladders.zone_arrays import problem_of
 
 VIOLATION = 1e-6  # of the thickness
 TINY = {"S5": 400, "S11": 60, "S12": 20}  # numbers in the largest input
@@ -48,7 +49,7 @@ def optimum(inputs: dict[str, Any], dtype: str) -> dict[str, Any]:
     """
     if dtype != "f8":
         raise NotImplementedError("zones are solved to the end in float64")
-    found = solve_zone(s11.problem_of(inputs), device="cuda")
+    found = solve_zone(problem_of(inputs), device="cuda")
     return s11.reply_of(found, found.residuals.feasible(VIOLATION))
 
 

@@ -9,8 +9,8 @@ does not know why. So a zone counts as infeasible only if the answer violates a 
 
 from typing import Any
 
-from tests.ports.own.s11 import problem_of
 from tests.ports.serve import serve
+from validation.ladders.zone_arrays import problem_of
 from validation.oracles.slsqp import solve_scaled
 
 VIOLATION = 1e-6  # of the thickness

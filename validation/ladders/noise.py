@@ -17,7 +17,8 @@ import numpy as np
 
 from izo_ref.base.arrays import AnyFloats, Floats
 from izo_ref.porting.stages import FLOAT, STAGE
-from validation.ladders.stage_calls import CALLS, Answer, Inputs
+from validation.ladders.stage_answer import Answer, Inputs
+from validation.ladders.stage_calls import CALLS
 from validation.ladders.stage_references import REFERENCES, Right
 
 MOST_DIGITS = 53.0 * math.log10(2.0)  # of a float64
@@ -29,6 +30,7 @@ class Noise(NamedTuple):
 
     Attributes:
         questions: Inputs that were asked.
+        unknown: Inputs without a known answer, at which any counts as right.
         wrong: Answers that are farther from the exact one than floats may be, or wrong decisions.
         refused: Zones that have a solution, very far away, and count as infeasible.
         flips: Decisions that differ from that of the input without noise.
@@ -41,6 +43,7 @@ class Noise(NamedTuple):
     """
 
     questions: int
+    unknown: int
     wrong: int
     refused: int
     flips: int
@@ -75,7 +78,8 @@ def with_noise(rng: np.random.Generator, stage: str, inputs: Inputs, size: float
     """Return the inputs of a stage with noise on every float.
 
     What the stage relies on stays: a time is up to 1, the weights of an impact sum to zero (up to
-    rounding), and pinned vertices are where they are proposed to be.
+    rounding), and pinned vertices are where they are proposed to be and do not move. A direction of
+    zeros stays: units of 5e-324 would ask for a step that no float holds.
     """
     result = dict(inputs)
     for field in STAGE[stage.split()[0]].inputs:
@@ -91,6 +95,10 @@ def with_noise(rng: np.random.Generator, stage: str, inputs: Inputs, size: float
         pinned = np.array(result["pinned"], bool)[:, None]
         ends = [np.reshape(result[name], (-1, 3)) for name in ("proposed", "positions")]
         result["positions"] = np.where(pinned, *ends).ravel().tolist()
+        if "direction" in result:
+            direction = np.reshape(result["direction"], (-1, 3))
+            still = pinned | (not any(inputs["direction"]))
+            result["direction"] = np.where(still, 0.0, direction).ravel().tolist()
     return result
 
 
@@ -105,7 +113,7 @@ def measure_noise(stage: str, cases: Sequence[Inputs], count: int, size: float, 
         seed: Seed of the noise.
     """
     call, reference = CALLS[stage], REFERENCES[stage]
-    questions = wrong = refused = flips = 0
+    questions = unknown = wrong = refused = flips = 0
     worst, first_wrong, lost, shared, estimated = 0.0, "", [], [], []
     for number, inputs in enumerate(cases):
         rng = np.random.default_rng([seed, number])
@@ -116,11 +124,12 @@ def measure_noise(stage: str, cases: Sequence[Inputs], count: int, size: float, 
             answer, right = call(noisy), reference(noisy)
             ratio, sentence = judged(stage, answer, right)
             questions, worst = questions + 1, max(worst, ratio)
+            unknown += right.decision is None and not right.numbers
             flips += answer.decision != base.decision
             refused += answer.decision is False and bool(right.numbers)
             if sentence:
                 wrong, first_wrong = wrong + 1, first_wrong or f"case {number}: {sentence}"
-            if answer.numbers.keys() == known.numbers.keys() and known.numbers:
+            if known.numbers and _are_comparable(answer, known):
                 samples.append(_relative(answer, known))
         if samples:
             deviations = np.array(samples)
@@ -129,6 +138,7 @@ def measure_noise(stage: str, cases: Sequence[Inputs], count: int, size: float, 
             estimated.append(estimated_digits(deviations))
     return Noise(
         questions,
+        unknown,
         wrong,
         refused,
         flips,
@@ -147,6 +157,9 @@ def judged(stage: str, answer: Answer, right: Right) -> tuple[float, str]:
     A time of impact may be early: detection stops where it cannot prove a pair apart any further,
     and an early time is sound. It must not be late.
     """
+    if isinstance(right.decision, frozenset):
+        missing = right.decision - answer.decision
+        return 0.0, f"{len(missing)} are missing, such as {next(iter(missing))}" if missing else ""
     if right.decision is not None and answer.decision != right.decision:
         return 0.0, f"the decision is {answer.decision}, and the right one {right.decision}"
     if not right.numbers:
@@ -159,7 +172,10 @@ def judged(stage: str, answer: Answer, right: Right) -> tuple[float, str]:
         return math.inf, "there is no answer, and there is a right one"
     worst = 0.0
     for name, numbers in right.numbers.items():
-        off, bounds = answer.numbers[name] - numbers, right.bounds[name]
+        found, bounds = answer.numbers[name], right.bounds[name]
+        if found.shape != numbers.shape or not np.isfinite(found).all():
+            return math.inf, f"{name} has another length, or a number that is not finite"
+        off = found - (np.clip(found, *right.ranges[name]) if name in right.ranges else numbers)
         if name == "toi":
             bounds = np.where(off < 0.0, math.inf, bounds)
         with np.errstate(all="ignore"):
@@ -195,12 +211,22 @@ def estimated_digits(deviations: Floats) -> float:
     return float(np.clip(np.asarray(digits, float), 0.0, MOST_DIGITS).min())
 
 
+def _are_comparable(answer: Answer, known: Right) -> bool:
+    """Return whether an answer has the outputs of another one, with as many numbers."""
+    return answer.numbers.keys() == known.numbers.keys() and all(
+        answer.numbers[name].shape == numbers.shape for name, numbers in known.numbers.items()
+    )
+
+
 def _relative(answer: Answer, known: Right) -> Floats:
-    """Return the deviations of all outputs, each relative to its largest number, flat."""
+    """Return the deviations of all outputs, each relative to its largest number, flat.
+
+    Numbers that are not unique do not deviate.
+    """
     parts = []
     for name, numbers in known.numbers.items():
         size = float(np.abs(numbers).max(initial=0.0))
-        unique = np.isfinite(known.bounds[name])
+        unique = np.isfinite(known.bounds[name]) & (name not in known.ranges)
         off = np.where(unique, answer.numbers[name] - numbers, 0.0)
         parts.append(off / size if size > 0.0 else off)
     return np.concatenate(parts)

@@ -4,6 +4,9 @@ Each stage is compared with the exact answer for the very numbers that it was as
 the vectors of the porting kit, the same with noise on every number, or steps whose coordinates
 were rounded. So an answer is wrong if it is farther from the exact one than floats may be. How many
 digits are left of the answer without noise is in the notes.
+
+Three stages are not asked here. S5, the zones, has integers alone. S12, whole steps, has ladders of
+its own (`precision_of_steps.py`), and S13, bad input, is what the fuzzer asks.
 """
 
 import time
@@ -17,21 +20,26 @@ from validation.ladders import precision_of_coordinates, precision_of_steps
 from validation.ladders.judge_zone import judge_zone
 from validation.ladders.ladder import RIGHT, SAYS_SO, WRONG, Ladder, Outcome, Rung
 from validation.ladders.noise import UNIT, judged, measure_noise, shared_digits
-from validation.ladders.stage_calls import CALLS, IN_FLOAT32, Inputs
-from validation.ladders.stage_references import REFERENCES
+from validation.ladders.stage_answer import Answer, Inputs
+from validation.ladders.stage_calls import CALLS, IN_FLOAT32
+from validation.ladders.stage_references import REFERENCES, Right
 from validation.scenes.piles import stack_zone
 from validation.scenes.zones import random_zone
 
 FAMILY = "precision"
 SEED = 20240609
 SAMPLES = 100  # noisy copies of each case
+FEWER_SAMPLES = 20  # of S1 and S10, whose references take 6 to 8 s for all vectors
 NOISES = (UNIT, 1e-15, 1e-14, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 MASS_RATIOS = (1.0, 10.0, 1e2, 1e3, 1e4, 1e5, 1e6, 1e8, 1e10, 1e12)
 SINGLE = ("newton", "lbfgs", "cg", "apgs")  # methods that offer float32
 # Docs promise a relative gap of the objective of 1e-6; the error of positions is about its root.
 SINGLE_TOLERANCE = 3e-3
 BETWEEN = "S3 normal and weights"
+SEARCH = "S8 line search"
+FIRST_STEPS = "S10 first iterations"
 ZONES = "S11 optimum of a zone"
+SLOW = ("S1 candidate pairs", FIRST_STEPS)
 
 
 def inputs_of(stage: str, dtype: str = "f8") -> list[Inputs]:
@@ -40,25 +48,27 @@ def inputs_of(stage: str, dtype: str = "f8") -> list[Inputs]:
     return [c.inputs for c in cases if c.verdict == "valid" and dtype in c.dtypes]
 
 
-def judge_stage(stage: str, dtype: str) -> list[Outcome]:
+def samples_by_size(stage: str) -> int:
+    """Return how many noisy copies of each case a ladder of growing noise asks for."""
+    return 2 if stage in SLOW else 10
+
+
+def judge_stage(stage: str, dtype: str, every: int = 1) -> list[Outcome]:
     """Ask a stage for the vectors, and compare the answers with the references.
 
     Args:
         stage: Name in `CALLS`.
         dtype: `f8` or `f4`.
+        every: 1 for all vectors, n for each n-th.
     """
     call = CALLS[stage] if dtype == "f8" else partial(CALLS[stage], kind=np.float32)
     begin, wrong, worst, digits, first = time.perf_counter(), 0, 0.0, [], ""
-    cases = inputs_of(stage, dtype)
+    cases = inputs_of(stage, dtype)[::every]
     for inputs in cases:
         answer, right = call(inputs), REFERENCES[stage](inputs, dtype)
         ratio, sentence = judged(stage, answer, right)
         worst, wrong, first = max(worst, ratio), wrong + bool(sentence), first or sentence
-        digits += [
-            shared_digits((answer.numbers[name] - numbers)[None] / np.abs(numbers).max())
-            for name, numbers in right.numbers.items()
-            if name in answer.numbers and np.isfinite(right.bounds[name]).all() and numbers.any()
-        ]
+        digits += _digits_of(answer, right)
     least, median = (min(digits), float(np.median(digits))) if digits else (np.inf, np.inf)
     note = (
         f"{len(cases)} cases: at least {least:.1f} digits, median {median:.1f}; the largest error "
@@ -72,6 +82,19 @@ def judge_stage(stage: str, dtype: str) -> list[Outcome]:
     return [Outcome(verdict, first or "right", error=error, seconds=seconds, note=note)]
 
 
+def _digits_of(answer: Answer, right: Right) -> list[float]:
+    """Return the digits of each output that is unique, and not zero throughout."""
+    return [
+        shared_digits((answer.numbers[name] - numbers)[None] / np.abs(numbers).max())
+        for name, numbers in right.numbers.items()
+        if name in answer.numbers
+        and answer.numbers[name].shape == numbers.shape
+        and name not in right.ranges
+        and np.isfinite(right.bounds[name]).all()
+        and numbers.any()
+    ]
+
+
 def judge_noise(stage: str, cases: Sequence[Inputs], count: int, size: float) -> list[Outcome]:
     """Ask a stage with noise on its inputs; `measure_noise` has the arguments."""
     begin = time.perf_counter()
@@ -80,9 +103,9 @@ def judge_noise(stage: str, cases: Sequence[Inputs], count: int, size: float) ->
     status = found.first_wrong or "right"
     note = (
         f"{found.questions} questions, {found.flips} other decisions than without noise, "
-        f"{found.refused} refused; shared digits {found.digits:.1f}, median "
-        f"{found.median_digits:.1f}; by significantdigits {found.estimated:.1f}; the largest error "
-        f"is {found.worst:.2g} of its bound"
+        f"{found.refused} refused, {found.unknown} without a known answer; shared digits "
+        f"{found.digits:.1f}, median {found.median_digits:.1f}; by significantdigits "
+        f"{found.estimated:.1f}; the largest error is {found.worst:.2g} of its bound"
     )
     seconds = (time.perf_counter() - begin) / max(found.questions, 1)
     return [Outcome(verdict, status, error=found.deviation, seconds=seconds, note=note)]
@@ -97,11 +120,12 @@ def _in_float32(rung: Rung) -> list[Outcome]:
 
 
 def _one_unit(rung: Rung) -> list[Outcome]:
-    return judge_noise(str(rung), inputs_of(str(rung)), SAMPLES, UNIT)
+    stage = str(rung)
+    return judge_noise(stage, inputs_of(stage), FEWER_SAMPLES if stage in SLOW else SAMPLES, UNIT)
 
 
 def _by_size(stage: str, rung: Rung) -> list[Outcome]:
-    return judge_noise(stage, inputs_of(stage), 10, float(rung))
+    return judge_noise(stage, inputs_of(stage), samples_by_size(stage), float(rung))
 
 
 def _zone_in_float32(method: str, rung: Rung) -> list[Outcome]:
@@ -140,21 +164,23 @@ LADDERS: list[Ladder] = [
         "kind",
         tuple(CALLS),
         _in_float64,
-        quick=("S4 selection", "S9 multiplier update", ZONES),
+        quick=("S4 selection", SEARCH, "S9 multiplier update", ZONES),
     ),
     _ladder(
         "stages in float32",
-        "The stages of the augmented Lagrangian with arrays of float32, for the vectors that "
-        "float32 numbers hold. The answers are within the rounding bounds of float32.",
+        "The stages of the augmented Lagrangian with arrays of float32, and candidate pairs from "
+        "boxes of float32, for the vectors that float32 numbers hold. The answers are within the "
+        "rounding bounds of float32.",
         "kind",
         IN_FLOAT32,
         _in_float32,
-        quick=IN_FLOAT32,
+        quick=[stage for stage in IN_FLOAT32 if stage not in SLOW],
     ),
     _ladder(
         "one unit in the last place",
         f"Every number that goes into a stage changes by one unit in the last place or not, "
-        f"{SAMPLES} times. Each answer is compared with the exact answer for the changed numbers. "
+        f"{SAMPLES} times; in S1 and S10, whose references are slow, {FEWER_SAMPLES} times. "
+        "Each answer is compared with the exact answer for the changed numbers. "
         "The error is the largest deviation from the answer without noise.",
         "kind",
         tuple(CALLS),
@@ -164,14 +190,15 @@ LADDERS: list[Ladder] = [
     *(
         _ladder(
             f"noise on {stage}",
-            "Every number that goes into the stage changes by up to a fraction of itself. Each "
-            "answer is compared with the exact answer for the changed numbers. The error is the "
-            "largest deviation from the answer without noise.",
+            "Every number that goes into the stage changes by up to a fraction of itself, "
+            f"{samples_by_size(stage)} times. Each answer is compared with the exact answer for "
+            "the changed numbers. The error is the largest deviation from the answer without "
+            "noise.",
             "noise / number (0: one unit in the last place)",
             NOISES,
             partial(_by_size, stage),
         )
-        for stage in ("S2 time of impact", BETWEEN, ZONES)
+        for stage in ("S2 time of impact", BETWEEN, SEARCH, FIRST_STEPS, ZONES)
     ),
     *(
         _ladder(

@@ -1,14 +1,15 @@
 """Each stage of the method by our own functions, from the inputs of the porting kit.
 
-An answer has numbers, which noise changes a little, and decisions, which noise may turn.
+An answer has numbers, which noise changes a little, and decisions, which noise may turn. Our own
+port (`tests/ports/own`) answers the vectors with the same functions.
 """
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, TypeAlias
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import Floats
+from izo_ref.base.arrays import Vec3
 from izo_ref.base.records import Impacts
 from izo_ref.detection.formulas.advance import APART, advance
 from izo_ref.detection.formulas.frame import impact_frame
@@ -16,21 +17,10 @@ from izo_ref.solvers.serial.lagrangian import evaluate, update_multipliers
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.selection import select_impacts
-from validation.ladders.zone_arrays import problem_of, zone_arrays
-
-Inputs: TypeAlias = Mapping[str, Any]  # the fields of `izo_ref/porting/stages.py`
-
-
-class Answer(NamedTuple):
-    """What a stage answers.
-
-    Attributes:
-        numbers: Arrays of the outputs, flat.
-        decision: What was decided; equal decisions are equal objects.
-    """
-
-    numbers: dict[str, Floats]
-    decision: Any = None
+from validation.ladders.stage_answer import Answer, Inputs
+from validation.ladders.stage_descent import iterations, line_search
+from validation.ladders.stage_pairs import candidate_pairs
+from validation.ladders.zone_arrays import problem_of, rounded, zone_arrays
 
 
 def time_of_impact(inputs: Inputs) -> Answer:
@@ -75,11 +65,11 @@ def selection(inputs: Inputs) -> Answer:
 
 def objective(inputs: Inputs, kind: type[Any] = np.float64) -> Answer:
     """Stage S6, with arrays of a type of floats."""
-    problem = problem_of(inputs)
+    problem = problem_of(inputs, kind)
     arrays = zone_arrays(problem, inputs, kind)
     constraints = arrays.zone.constraints.astype(np.float64)
     if kind is np.float64:
-        constraints = -problem.gaps(np.reshape(inputs["positions"], (-1, 3)))
+        constraints = -problem.gaps(rounded(inputs["positions"], kind).reshape(-1, 3))
     arrays.zone.constraints[:] = -np.inf  # no impact is active, so L is g
     found = evaluate(arrays.zone, 1.0)
     return Answer(
@@ -93,7 +83,7 @@ def objective(inputs: Inputs, kind: type[Any] = np.float64) -> Answer:
 
 def lagrangian(inputs: Inputs, kind: type[Any] = np.float64) -> Answer:
     """Stage S7, with arrays of a type of floats; the decision is which impacts are active."""
-    arrays = zone_arrays(problem_of(inputs), inputs, kind)
+    arrays = zone_arrays(problem_of(inputs, kind), inputs, kind)
     found = evaluate(arrays.zone, float(kind(inputs["penalty"])))
     return Answer(
         {"value": np.array([found.value]), "gradient": arrays.by_vertex(arrays.zone.gradient)},
@@ -125,10 +115,14 @@ def optimum(inputs: Inputs, **settings: Any) -> Answer:
     )
 
 
-def _relative(inputs: Inputs) -> list[tuple[Any, ...]]:
-    """Return nodes 1 to 3 relative to node 0, at the start and then at the end."""
-    ends = [np.array(inputs[name], np.float64).reshape(4, 3) for name in ("start", "end")]
-    return [tuple(row) for points in ends for row in points[1:] - points[0]]
+def relative_nodes(points: Any) -> list[Vec3]:
+    """Return nodes 1 to 3 relative to node 0, from flat coordinates."""
+    p = np.array(points, np.float64).reshape(4, 3)
+    return [tuple(row) for row in p[1:] - p[0]]
+
+
+def _relative(inputs: Inputs) -> list[Vec3]:
+    return relative_nodes(inputs["start"]) + relative_nodes(inputs["end"])
 
 
 def _advanced(inputs: Inputs) -> Any:
@@ -137,16 +131,22 @@ def _advanced(inputs: Inputs) -> Any:
 
 
 CALLS: dict[str, Callable[..., Answer]] = {
+    "S1 candidate pairs": candidate_pairs,
     "S2 time of impact": time_of_impact,
     "S3 normal and weights": frame,
     "S4 selection": selection,
     "S6 objective, gradient, constraints": objective,
     "S7 augmented Lagrangian": lagrangian,
+    "S8 line search": line_search,
     "S9 multiplier update": multipliers,
+    "S10 first iterations": iterations,
     "S11 optimum of a zone": optimum,
 }
 IN_FLOAT32 = (
+    "S1 candidate pairs",
     "S6 objective, gradient, constraints",
     "S7 augmented Lagrangian",
+    "S8 line search",
     "S9 multiplier update",
+    "S10 first iterations",
 )

@@ -6,21 +6,28 @@ number has to be exact, and infinite where several numbers are right.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from fractions import Fraction
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from izo_ref.base.arrays import Floats
-from izo_ref.porting.generate.expected import MULTIPLE, scale_of
+from izo_ref.porting.generate import iterations as generated_iterations
+from izo_ref.porting.generate import lines
+from izo_ref.porting.generate.expected import MULTIPLE, decided, scale_of
+from izo_ref.porting.generate.meshes import Mesh
+from izo_ref.porting.generate.s01 import meeting_pairs
 from izo_ref.porting.generate.s02 import MULTIPLE as MULTIPLE_OF_TIMES
 from izo_ref.porting.generate.s03 import MULTIPLE as MULTIPLE_OF_FRAMES
 from izo_ref.porting.generate.s03 import USELESS as USELESS_OF_FRAMES
 from izo_ref.porting.reference import closest, contact, groups, zone
 from izo_ref.porting.reference.rounded import EPS, Decisions, Rounded
-from validation.ladders.stage_calls import Inputs
+from validation.ladders.stage_answer import Inputs
+from validation.ladders.stage_descent import outcome_of_search
+from validation.ladders.stage_pairs import pair_keys
 from validation.ladders.zone_arrays import problem_of
 from validation.oracles.rational import ExactZone
 
@@ -31,6 +38,7 @@ ZONE_TOLERANCE = 1e-9  # of the largest move; the project promises that of zones
 # Rounding of a gap, over the largest coordinate (`izo_ref/zones/serial/residuals.py`). A move that
 # is no longer than that closes a gap that no float tells.
 GAP_ROUNDING = 32.0 * 2.0**-53
+ABOUT = 2.0  # a search may pass by a step that is shorter than so many times the smallest one
 
 
 class Right(NamedTuple):
@@ -39,12 +47,26 @@ class Right(NamedTuple):
     Attributes:
         numbers: Arrays of the outputs, flat.
         bounds: Largest error of floats, for each of the numbers.
-        decision: The right decision; None if the stage has none, or if floats cannot tell.
+        decision: The right decision; None if the stage has none, or if floats cannot tell. A set
+            holds what has to be in the answer, which may have more.
+        ranges: The least and the largest right number, for outputs that may be any in between.
     """
 
     numbers: dict[str, Floats]
     bounds: dict[str, Floats]
     decision: Any = None
+    ranges: Mapping[str, tuple[float, float]] = MappingProxyType({})
+
+
+def candidate_pairs(inputs: Inputs, dtype: str = "f8") -> Right:
+    """Stage S1: the pairs that meet, by trying all of them in exact arithmetic."""
+    rows = {
+        name: [tuple(inputs[name][i : i + 3]) for i in range(0, len(inputs[name]), 3)]
+        for name in ("positions_t0", "positions_t1", "faces")
+    }
+    found = meeting_pairs(Mesh(*rows.values()))
+    flat = ([i for pair in pairs for i in pair] for pairs in found)
+    return Right({}, {}, pair_keys(*flat))
 
 
 def time_of_impact(inputs: Inputs, dtype: str = "f8") -> Right:
@@ -127,6 +149,30 @@ def lagrangian(inputs: Inputs, dtype: str = "f8") -> Right:
     return right._replace(decision=active if dtype in decisions.dtypes() else None)
 
 
+def line_search(inputs: Inputs, dtype: str = "f8") -> Right:
+    """Stage S8; Wolfe's conditions accept any step of an interval.
+
+    Searches of Newton's method may fail if the right step is about the smallest one. Then any step
+    that is not too long is right, and so is none.
+    """
+    right = _expected(lines.expected_of, inputs, dtype, ("step", "change"))
+    if not right.numbers:
+        return right
+    step, change = (right.ranges.get(n, 2 * (right.numbers[n][0],)) for n in ("step", "change"))
+    if inputs["search"] != lines.BACKTRACKING and 0.0 < step[1] < ABOUT * inputs["smallest_step"]:
+        return right._replace(ranges={"step": (0.0, step[1]), "change": (change[0], 0.0)})
+    if step[0] == 0.0 < step[1]:
+        return right  # along p = 0 any step will do
+    return right._replace(decision=outcome_of_search(inputs, step[0]))
+
+
+def iterations(inputs: Inputs, dtype: str = "f8") -> Right:
+    """Stage S10; the decision is how many steps the method takes."""
+    outputs = ("objectives", "violations", "positions")
+    right = _expected(generated_iterations.expected_of, inputs, dtype, outputs)
+    return right._replace(decision=len(right.numbers["objectives"])) if right.numbers else right
+
+
 def multipliers(inputs: Inputs, dtype: str = "f8") -> Right:
     """Stage S9."""
     known = _known(inputs, dtype)
@@ -171,6 +217,42 @@ def _zone(inputs: Inputs, dtype: str) -> tuple[Any, ...]:
     return own, zone.displacements(own, x), zone.constraints(own, x), zone.curvatures(own)
 
 
+def _expected(
+    reference: Callable[..., Mapping[str, Mapping[str, Any]]],
+    inputs: Inputs,
+    dtype: str,
+    outputs: tuple[str, ...],
+) -> Right:
+    """Return what the judge of the vectors expects; nothing is known where a branch is not clear.
+
+    Args:
+        reference: `expected_of` of the generator of the vectors.
+        inputs: The inputs of the stage.
+        dtype: `f8` or `f4`.
+        outputs: Names of the outputs to compare.
+    """
+    try:
+        with Decisions() as decisions:
+            found = reference(_known(inputs, dtype))
+    except ValueError:  # noise has made an input for which the reference has no rule
+        return Right({}, {}, None)
+    if dtype not in decided(decisions):
+        return Right({}, {}, None)
+    ranges: dict[str, tuple[float, float]] = {}
+    right = Right({}, {}, None, ranges)
+    for name in outputs:
+        wanted = found[name]
+        unit = wanted["multiple"] * EPS[dtype]
+        if wanted["judge"] == "range":
+            ranges[name] = wanted["low"], wanted["high"]
+            right.numbers[name] = np.array([0.5 * (wanted["low"] + wanted["high"])])
+            right.bounds[name] = np.array([unit * wanted["scale"]])
+        else:
+            right.numbers[name] = np.array(wanted["values"])
+            right.bounds[name] = unit * np.array(wanted["scale"])
+    return right
+
+
 def _rounded(dtype: str, **outputs: list[Rounded]) -> Right:
     """Return numbers with the running error bounds that they carry."""
     unit = MULTIPLE * EPS[dtype]
@@ -184,11 +266,14 @@ def _rounded(dtype: str, **outputs: list[Rounded]) -> Right:
 
 
 REFERENCES: dict[str, Callable[..., Right]] = {
+    "S1 candidate pairs": candidate_pairs,
     "S2 time of impact": time_of_impact,
     "S3 normal and weights": frame,
     "S4 selection": selection,
     "S6 objective, gradient, constraints": objective,
     "S7 augmented Lagrangian": lagrangian,
+    "S8 line search": line_search,
     "S9 multiplier update": multipliers,
+    "S10 first iterations": iterations,
     "S11 optimum of a zone": optimum,
 }

@@ -30,17 +30,28 @@ class ZoneArrays(NamedTuple):
         everywhere[self.unpinned] = rows.reshape(-1, 3)[:-1]
         return everywhere.ravel()
 
+    def rows_of(self, vectors: AnyFloats) -> AnyFloats:
+        """Return vectors of all vertices, flat, as rows of x."""
+        kept = vectors.reshape(-1, 3)[self.unpinned]
+        return np.append(kept.ravel(), np.zeros(3)).astype(self.zone.x.dtype)
 
-def problem_of(inputs: Mapping[str, Any]) -> ZoneProblem:
+
+def rounded(numbers: Any, kind: type[Any]) -> Floats:
+    """Return numbers as a port reads them: rounded to its type; here they are float64 again."""
+    return np.asarray(numbers, kind).astype(np.float64)
+
+
+def problem_of(inputs: Mapping[str, Any], kind: type[Any] = np.float64) -> ZoneProblem:
     """Return the zone problem of the inputs of a stage; pinned vertices get an infinite mass."""
-    pinned = np.array(inputs["pinned"], bool)
+    names = ("weights", "normals", "proposed", "masses")
+    numbers = {name: rounded(inputs[name], kind) for name in names}
     return ZoneProblem(
-        np.reshape(inputs["nodes"], (-1, 4)),
-        np.reshape(inputs["weights"], (-1, 4)),
-        np.reshape(inputs["normals"], (-1, 3)),
-        np.reshape(inputs["proposed"], (-1, 3)),
-        np.where(pinned, np.inf, inputs["masses"]),
-        inputs["thickness"],
+        np.array(inputs["nodes"], np.int32).reshape(-1, 4),
+        numbers["weights"].reshape(-1, 4),
+        numbers["normals"].reshape(-1, 3),
+        numbers["proposed"].reshape(-1, 3),
+        np.where(np.array(inputs["pinned"], bool), np.inf, numbers["masses"]),
+        float(rounded(inputs["thickness"], kind)),
     )
 
 
@@ -62,7 +73,7 @@ def zone_arrays(problem: ZoneProblem, inputs: Mapping[str, Any], kind: type[Any]
     entries = order[nodes.ravel()[order] < len(unpinned)]
     arms = coefficients.ravel()[entries, None] * problem.normals[entries // 4]
     counts = np.bincount(nodes.ravel()[entries], minlength=len(unpinned) + 1)
-    moved = (np.reshape(inputs["positions"], (-1, 3)) - problem.proposed)[unpinned]
+    moved = (rounded(inputs["positions"], kind).reshape(-1, 3) - problem.proposed)[unpinned]
     n = 3 * len(unpinned) + 3
     zone = Zone(
         nodes=(3 * nodes).astype(np.uint32),

@@ -157,11 +157,20 @@ def add(
     given = {**zone_inputs, **parameters, "steps": steps}
     inputs = {field.name: given[field.name] for field in STAGE["S10"].inputs}
     with Decisions() as decisions:
-        found = first_iterations(inputs)
-    expected = {
+        expected = expected_of(inputs)
+    cases.add(word, flags, grade, what, inputs, expected, decided(decisions))
+
+
+def expected_of(inputs: Inputs) -> dict[str, dict[str, Any]]:
+    """Return what the judge needs for the first steps; `Decisions` note how clear each branch was.
+
+    Raises:
+        ValueError: A step has no direction of descent, or another thing that no case may have.
+    """
+    found = first_iterations(inputs)
+    return {
         "objectives": values(found.objectives),
         "violations": values(found.violations),
         "positions": values(found.positions),
         "step_sizes": values(found.step_sizes),
     }
-    cases.add(word, flags, grade, what, inputs, expected, decided(decisions))

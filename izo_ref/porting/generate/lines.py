@@ -85,11 +85,20 @@ def add_search(
     """Add a case with what the reference finds; without float32, all inputs are exact."""
     known = inputs if "f4" in dtypes else exact_inputs(inputs)
     with Decisions() as decisions:
-        line = case_line_of(known)
-        falls = line.slope < 0.0
-        expected = _expected(line, known) if falls else _no_step(line, known)
+        expected = expected_of(known)
     clear = [dtype for dtype in decided(decisions) if dtype in dtypes]
     result.add(flags.split()[0], flags, grade, what, inputs, expected, clear)
+
+
+def expected_of(inputs: Inputs) -> dict[str, dict[str, Any]]:
+    """Return what the judge needs for a search; `Decisions` note how clear each branch was.
+
+    Raises:
+        ValueError: No step satisfies the Wolfe conditions.
+    """
+    line = case_line_of(inputs)
+    falls = line.slope < 0.0
+    return _expected(line, inputs) if falls else _no_step(line, inputs)
 
 
 def _expected(line: Line, inputs: Inputs) -> dict[str, dict[str, Any]]:

@@ -2,22 +2,8 @@
 
 from typing import Any
 
-import numpy as np
-
 import izo_ref
-
-
-def problem_of(inputs: dict[str, Any]) -> izo_ref.ZoneProblem:
-    """Return the zone problem of the inputs of stage S11."""
-    pinned = np.array(inputs["pinned"], bool)
-    return izo_ref.ZoneProblem(
-        np.array(inputs["nodes"], np.int32).reshape(-1, 4),
-        np.array(inputs["weights"]).reshape(-1, 4),
-        np.array(inputs["normals"]).reshape(-1, 3),
-        np.array(inputs["proposed"]).reshape(-1, 3),
-        np.where(pinned, np.inf, inputs["masses"]),
-        inputs["thickness"],
-    )
+from validation.ladders.zone_arrays import problem_of
 
 
 def reply_of(found: izo_ref.ZoneSolution, feasible: bool) -> dict[str, Any]:
