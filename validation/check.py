@@ -94,7 +94,8 @@ def check(
     Raises:
         ShapeError: The positions of the result do not fit the scene.
         NonFiniteError: A position of the result is not finite.
-        SizeError: A position of the result is too large or too small to compute with.
+        SizeError: A position, or a weight or normal of an impact, is too large or too small to
+            compute with.
     """
     options = options or Options()
     if thickness is None and result is not None:

@@ -12,7 +12,7 @@ from izo_ref.base.options import Options
 from izo_ref.scene import Scene
 from izo_ref.zones.distance import distance_bound
 from izo_ref.zones.grouping import build_zones
-from izo_ref.zones.problem import ZoneProblem
+from izo_ref.zones.problem import ZoneProblem, require_factors
 from izo_ref.zones.residuals import residuals
 from izo_ref.zones.system import zone_problem
 from validation.judge import Fact, asked
@@ -60,6 +60,7 @@ def zones(scene: Scene, result: SavedResult, options: Options, limits: Limits) -
 
     Raises:
         ValueError: The result has no impacts, multipliers or thickness.
+        SizeError: A weight or a normal is too large or too small for the solvers.
     """
     begin = time.perf_counter()
     judged = _judged_zones(scene, result, options)
@@ -87,6 +88,7 @@ def _judged_zones(scene: Scene, result: SavedResult, options: Options) -> list[_
     impacts, all_multipliers, thickness = result.impacts, result.multipliers, result.thickness
     if impacts is None or all_multipliers is None or thickness is None:
         raise ValueError("result: expected impacts, multipliers and a thickness")
+    require_factors(impacts)
     grouped = build_zones(scene, impacts)
     judged = []
     for zone in range(len(grouped)):

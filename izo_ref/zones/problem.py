@@ -11,6 +11,7 @@ from izo_ref.base import checks
 from izo_ref.base.arrays import Floats, Multipliers, Positions, Weights
 from izo_ref.base.devices import copy_to_cpu, detach
 from izo_ref.base.errors import OptionError, SizeError, WeightError
+from izo_ref.base.records import Impacts
 
 # Largest sum of four weights, over the largest of them, that is taken for rounding. A weight in
 # float32 is off by 2^-24 of its size; ports compute weights with a few of these errors.
@@ -116,11 +117,11 @@ def _require_sums(weights: Weights) -> None:
         )
 
 
-def require_factors(problem: ZoneProblem) -> None:
+def require_factors(problem: ZoneProblem | Impacts) -> None:
     """Raise an error if weights or normals are too large or too small for the solvers.
 
     Args:
-        problem: The problem.
+        problem: The problem, or impacts that are not yet in zones.
 
     Raises:
         SizeError: The largest weight of an impact, or the largest component of its normal, is not

@@ -9,6 +9,7 @@ import pytest
 
 import izo_ref
 from izo_ref.app.files import SavedResult, load_result, save_result, save_scene
+from izo_ref.base.errors import SizeError
 from tests.helpers.seams import seams
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
 from validation import judge
@@ -335,3 +336,15 @@ def test_a_result_that_is_far_out_is_judged_without_a_warning():
     far[0, 1] = 1e300
     verdict = check(scene, positions_only(far))
     assert verdict.facts[-1].answer.startswith("the objective is inf m^2")
+
+
+@pytest.mark.parametrize("part", ["normals", "weights"])
+@pytest.mark.parametrize("factor", [1e300, 1e-300])
+def test_impacts_of_absurd_sizes_are_refused(part, factor):
+    scene = vertex_over_face()
+    result = izo_ref.resolve(scene, 1e-3)
+    row = [1.0, -1.0, 0.0, 0.0] if part == "weights" else [0.0, 0.0, 1.0]
+    impacts = result.impacts._replace(**{part: factor * np.array([row])})
+    saved = SavedResult(result.positions, 1e-3, impacts, result.multipliers)
+    with pytest.raises(SizeError, match=f"{part}: .* the first is row 0"):
+        check(scene, saved)

@@ -50,7 +50,10 @@ def check_trial(rng: Rng, folder: Path) -> Trial:
         is_open = _is_open(known, [])
     else:
         is_open = False
-    is_open |= _is_open(arrays, names) or not _is_usual(arguments.get("thickness"))
+    is_open |= _is_open(arrays, names)
+    if not _is_usual(arguments.get("thickness")):
+        is_open = True
+        wrongs += [Wrong("thickness")] if wrongs else []
 
     def judge(found: tuple[izo_ref.Scene, Verdict]) -> str:
         return verdict_problem(found[1], scene, arrays["positions"], not names)

@@ -48,7 +48,7 @@ FAMILIES: dict[str, Family] = {
     "rows in JSON": Family(readers.json_rows_trial, 10, SMALL),
     "find_impacts": Family(_without_files(calls_detection.find_trial), 50),
     "plan": Family(_without_files(calls_detection.plan_trial), 50),
-    "check": Family(calls_check.check_trial, 50, 4 << 30),
+    "check": Family(calls_check.check_trial, 50, 4 << 30, batch=50),
 }
 
 

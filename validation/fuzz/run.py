@@ -50,12 +50,14 @@ class Family(NamedTuple):
         share: Number of inputs of this kind in 1000.
         bytes: Memory that a batch may take.
         alone: Whether its inputs start processes of their own, which a limited process may not.
+        batch: Inputs a process; few where an input takes long, so that a batch ends in BATCH_S.
     """
 
     make: MakeTrial
     share: int
     bytes: int = 1 << 30
     alone: bool = False
+    batch: int = BATCH
 
 
 class Tally(NamedTuple):
@@ -154,7 +156,7 @@ def run_family(
     with contextlib.suppress(Exception):
         run_batch(name, family, seed + 1, range(warm))
     while first < count:
-        numbers = range(first, min(first + BATCH, count))
+        numbers = range(first, min(first + family.batch, count))
         part, first = _limited_batch(name, family, seed, numbers)
         tally = tally.join(part)
     for number, kind, detail in tally.problems:
