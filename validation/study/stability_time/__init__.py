@@ -1,8 +1,8 @@
 """Study of what makes a step slow for its size.
 
 A search changes recipes of steps at random and keeps what takes longest (`slow_search.py`). The
-slowest recipe of each kind is then made 2, 4 and 8 times larger, which says whether its time grows
-faster than n log n, and why (`cells.py`). Each step runs in a process of its own and with a time
+slowest recipe of each kind is then made smaller and larger, up to 8 times, which says whether its
+time grows faster than n log n, and why (`cells.py`). Each step runs in a process of its own and with a time
 limit, so a step that would take hours is a row, too. Start reading with `rows`.
 """
 

@@ -16,7 +16,8 @@ from validation.study.stability_time.recipe import KINDS, described, recipe_of
 from validation.study.stability_time.slow_search import SEED, STUDY, TRIANGLES, slowest
 
 GROWTH, CELLS = "time-growth", "time-cells"
-FACTORS, MAX_SECONDS = (1, 2, 4, 8), 60.0
+# Sizes over the size of the search. Recipes that take a minute at that size grow below it.
+FACTORS, MAX_SECONDS = (0.125, 0.25, 0.5, 1, 2, 4, 8), 60.0
 # Time that is not explained by a count is the rest. The counts of a stage say why it grows: pairs
 # are what detection looks at, and the largest zone is what the solvers factor.
 COUNTS = {
@@ -82,14 +83,14 @@ def measure_growth(
         folder: Folder of the CSV files, with the rows of a search.
         say: Is called with a line of text for each step.
         seed: Seed of the search.
-        triangles: Triangles of the smallest step, about.
+        triangles: Triangles of the steps of the search, about.
         max_seconds: Time limit of a step [s]. A kind that is cut is not made larger.
     """
     rows, found, warm = Rows(folder, GROWTH, ("cell", "size")), read(folder, STUDY), False
     for kind in KINDS:
         for row in slowest(found, seed, kind)[:1]:
             recipe = recipe_of(row)
-            for size in (triangles * factor for factor in FACTORS):
+            for size in (round(triangles * factor) for factor in FACTORS):
                 if not rows.has(cell=described(recipe), size=size):
                     if not warm:
                         warm_up()
