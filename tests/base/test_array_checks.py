@@ -171,6 +171,13 @@ def test_weights_that_do_not_sum_to_zero_are_refused():
         izo_ref.ZoneProblem(**(ONE | {"weights": [[1.0, 1.0, 1.0, 1.0]]}))
     single = np.array(ONE["weights"], np.float32)
     izo_ref.ZoneProblem(**(ONE | {"weights": single}))
+    for sum_, allowed in ((2.0**-20, True), (2.0**-20 + 2.0**-50, False)):
+        weights = [[1.0, -0.5, -0.25, -0.25 + sum_]]
+        if allowed:
+            izo_ref.ZoneProblem(**(ONE | {"weights": weights}))
+        else:
+            with pytest.raises(errors.WeightError, match="impact 0"):
+                izo_ref.ZoneProblem(**(ONE | {"weights": weights}))
 
 
 def test_products_that_overflow_are_refused():

@@ -1,7 +1,7 @@
 """A whole step: where it ends, what it keeps, and what it reports."""
 
-import sys
 import threading
+from importlib import import_module
 
 import numba
 import numpy as np
@@ -110,7 +110,7 @@ def test_relinearization_never_increases_the_objective(rng):
 @pytest.mark.parametrize(("budget", "rounds"), [(0.0, 1), (np.inf, 2)])
 def test_a_round_begins_only_within_the_budget(rng, budget, rounds, monkeypatch):
     """The first round always begins; here it pays, so the second one depends on the budget."""
-    monkeypatch.setattr(sys.modules["izo_ref.loop.rounds"], "LITTLE_WORK", 0)
+    monkeypatch.setattr(import_module("izo_ref.loop.rounds"), "LITTLE_WORK", 0)
     scene = two_sheets(rng, 8)
     options = Options(relinearize=2, relinearize_gain=0.0, relinearize_budget=budget)
     result = izo_ref.resolve(scene, 1e-3, options=options)

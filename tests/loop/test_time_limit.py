@@ -1,17 +1,18 @@
 """A time limit: wherever it strikes, the answer is certified, and says that it was cut short."""
 
-import sys
 import time
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 import izo_ref
 from izo_ref import Options, Status
-from izo_ref.base.deadline import Deadline
+from izo_ref.base.deadline import Deadline, OutOfTimeError
 from izo_ref.base.errors import OptionError, UncertifiedStartError
 from izo_ref.base.records import PairState
 from izo_ref.loop.ending import at_start
+from izo_ref.loop.time_plan import TimePlan
 from izo_ref.zones.objective import objective
 from tests.helpers.shapes import grid, two_sheets
 from validation.scenes.balls import pressed_balls
@@ -47,12 +48,63 @@ class TickingClock:
         return self.now_s
 
 
+class SetClock:
+    """A clock that shows what it was set to [s]."""
+
+    now_s = 0.0
+
+    def __call__(self):
+        return self.now_s
+
+
+def ends_at(clock, deadline, end_s):
+    """Return whether the present stage of a deadline ends at a time, and not a bit before."""
+    clock.now_s = end_s * (1.0 - 1e-12)
+    deadline.check()
+    clock.now_s = end_s * (1.0 + 1e-12)
+    with pytest.raises(OutOfTimeError):
+        deadline.check()
+    return True
+
+
+@pytest.mark.parametrize("n_certificates", [1, 2])
+def test_each_stage_leaves_the_time_that_those_after_it_need(n_certificates):
+    """The first detection takes 2 s of 100; docs/method/7-statuses has the rules."""
+    clock = SetClock()
+    deadline = Deadline(100.0, clock)
+    times = TimePlan(deadline, n_certificates)
+    clock.now_s = 3.0
+    times.begin_first_detection()
+    assert ends_at(clock, deadline, 50.0)
+    clock.now_s = 5.0
+    times.begin_main()
+    certificates_s = n_certificates * (1.2 * 2.0 + 0.05 * 100.0)
+    scaling_s = 4.0 * 2.0 + 0.05 * 100.0
+    assert ends_at(clock, deadline, 100.0 - certificates_s - scaling_s)
+    times.begin_rounds()
+    assert ends_at(clock, deadline, 100.0 - certificates_s)
+    clock.now_s = 40.0
+    times.begin_scaling_back()
+    half_s = 0.5 * (40.0 + 100.0 - certificates_s)
+    clock.now_s = half_s * (1.0 - 1e-12)
+    assert times.halves()
+    clock.now_s = half_s * (1.0 + 1e-12)
+    assert not times.halves()
+    assert ends_at(clock, deadline, 100.0 - certificates_s)
+    times.begin_certificate()
+    assert ends_at(clock, deadline, 100.0)
+    times.begin_at_start()
+    assert ends_at(clock, deadline, 125.0)
+    times.end()
+    deadline.check()
+
+
 @pytest.fixture
 def by_clock(monkeypatch):
     """Return a function that resolves a scene with a limit of LIMIT_S by some clock."""
 
     def run(scene, clock, thickness=1e-3, **options):
-        module = sys.modules["izo_ref.loop.resolve"]
+        module = import_module("izo_ref.loop.resolve")
         monkeypatch.setattr(module, "Deadline", lambda limit_s: Deadline(limit_s, clock))
         named = Options(max_seconds=LIMIT_S, **options)
         return izo_ref.resolve(scene, thickness, options=named)
@@ -250,7 +302,7 @@ def test_without_a_limit_nobody_asks_the_clock(rng, monkeypatch):
     def forbidden():
         raise AssertionError("the clock was read")
 
-    module = sys.modules["izo_ref.loop.resolve"]
+    module = import_module("izo_ref.loop.resolve")
     monkeypatch.setattr(module, "Deadline", lambda limit_s: Deadline(limit_s, forbidden))
     assert izo_ref.resolve(two_sheets(rng, 5), 1e-3).status is Status.FREE
 

@@ -5,18 +5,22 @@ import pytest
 
 import izo_ref
 from izo_ref.base.options import SWEEPS
+from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.serial.sweeps import sweeps
+from izo_ref.zones.system import problem_system
 from tests.helpers.shapes import random_problem
 from tests.naive.qp import dense_rows
 from validation.scenes.zones import random_zone
 
 
-def swept_by_hand(zone, count, accelerated):
-    """Return displacements and multipliers after some sweeps, in dense algebra."""
+def swept_by_hand(zone, count, accelerated, start=0.0):
+    """Return displacements and multipliers after some sweeps from a start, in dense algebra."""
     n = len(zone.masses)
     rows = dense_rows(zone.nodes, zone.weights, zone.normals, n)
     inverse = np.repeat(1.0 / zone.masses, 3)
     right = zone.thickness - rows @ zone.proposed.ravel()
-    multipliers, before = np.zeros(len(rows)), np.zeros(len(rows))
+    multipliers = start + np.zeros(len(rows))
+    before = multipliers
     momentum, lowest = 1.0, np.inf
     for _ in range(count):
         if accelerated:
@@ -24,6 +28,7 @@ def swept_by_hand(zone, count, accelerated):
             beyond = multipliers + (momentum - 1.0) / following * (multipliers - before)
             multipliers, before = np.maximum(beyond, 0.0), multipliers
             momentum = following
+        multipliers = multipliers.copy()
         for j, row in enumerate(rows):
             moved = inverse * (rows.T @ multipliers)
             step = (right[j] - row @ moved) / (row @ (inverse * row))
@@ -49,6 +54,23 @@ def test_sweeps_are_those_of_the_literal_method(rng, method, count):
         np.testing.assert_allclose(
             found.multipliers, multipliers, rtol=0.0, atol=1e-11 * np.abs(multipliers).max()
         )
+
+
+@pytest.mark.parametrize("method", SWEEPS)
+def test_sweeps_go_on_from_the_multipliers_that_they_are_given(rng, method):
+    zone = random_problem(rng, 12)
+    start = np.abs(rng.normal(size=12)) * (np.arange(12) % 3 > 0)
+    system, places = problem_system([zone])
+    rows, never = scale_constraints(system), np.zeros(1, bool)
+    n = int(system.vertex_offsets[1])
+    u, z = start * rows.lengths, np.full((n, 3), np.nan)
+    own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
+    more = method == "apgs", 3, 0.0, 0.0, never, u, z.ravel(), np.empty((0, 2))
+    assert sweeps(0, 12, 0, n, *own, *more) == 3
+    moves, multipliers = swept_by_hand(zone, 3, method == "apgs", start)
+    found = z / np.sqrt(system.masses[:n, None])
+    np.testing.assert_allclose(found, moves[np.argsort(places)][:n], rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(u / rows.lengths, multipliers, rtol=0.0, atol=1e-11)
 
 
 @pytest.mark.parametrize("method", SWEEPS)
