@@ -11,6 +11,8 @@ import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from izo_ref.app.files import SavedResult, load_result, load_scene
 from izo_ref.app.summary import excluded_line, excluded_summary, pairs_summary
 from izo_ref.base import checks
@@ -233,8 +235,15 @@ def _checked(result: SavedResult, impacts: Impacts, scene: Scene, path: FilePath
     if result.thickness is None:
         raise FileFormatError(f"{path}: holds impacts, but no thickness")
     checks.floats("multipliers", result.multipliers, (n,))
+    nodes = checks.indices("impact_nodes", impacts.nodes, 4, len(scene.pinned))
+    off = np.flatnonzero((np.diff(np.sort(nodes, axis=1), axis=1) == 0).any(axis=1))
+    if len(off):
+        raise FileFormatError(
+            f"{path}: impact_nodes: expected four different vertices for each impact, found "
+            f"{len(off)} impacts with others, the first is row {off[0]}: {nodes[off[0]].tolist()}"
+        )
     return impacts._replace(
-        nodes=checks.indices("impact_nodes", impacts.nodes, 4, len(scene.pinned)),
+        nodes=nodes,
         is_edge_edge=checks.flags("impact_is_edge_edge", impacts.is_edge_edge, n),
         toi=checks.floats("impact_toi", impacts.toi, (n,)),
         weights=checks.floats("impact_weights", impacts.weights, (n, 4)),

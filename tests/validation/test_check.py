@@ -348,3 +348,18 @@ def test_impacts_of_absurd_sizes_are_refused(part, factor):
     saved = SavedResult(result.positions, 1e-3, impacts, result.multipliers)
     with pytest.raises(SizeError, match=f"{part}: .* the first is row 0"):
         check(scene, saved)
+
+
+def test_an_impact_that_names_a_vertex_twice_is_refused(tmp_path, capsys):
+    """All its weights together are 0 then, which was a division by zero in an oracle."""
+    scene = vertex_over_face()
+    save_scene(tmp_path / "step.npz", scene)
+    result = izo_ref.resolve(scene, 1e-3)
+    impacts = result.impacts._replace(nodes=np.array([[2, 2, 2, 2]], np.int32))
+    saved = SavedResult(result.positions, 1e-3, impacts, result.multipliers)
+    save_result(tmp_path / "out.npz", saved)
+    words = ["check", str(tmp_path / "step.npz"), "--result", str(tmp_path / "out.npz")]
+    assert main(words) == 2
+    said = capsys.readouterr().err
+    assert "out.npz: impact_nodes: expected four different vertices" in said
+    assert "row 0: [2, 2, 2, 2]" in said

@@ -14,8 +14,11 @@ from validation.fuzz.arrays import Rng, changed, strange_value
 from validation.fuzz.calls import THICKNESS_M, hanging_step, shown
 from validation.fuzz.tables import is_ordinary, table_of
 from validation.fuzz.trial import Trial, Wrong
+from validation.limits import Limits
 from validation.oracles.pairs import meeting_pairs
 
+# Far out, ipctk takes 20 s; a judge that is ended does not decide, which is no problem.
+LIMITS = Limits(seconds=2.0)
 # The arrays that describe the zones: a file has all of them, or none.
 ZONES = {
     "multipliers": (None,),
@@ -60,7 +63,7 @@ def check_trial(rng: Rng, folder: Path) -> Trial:
 
     what = f"check({shown(arrays)}, {shown(arguments)}) of {shown(vars(scene))}"
     return Trial(
-        lambda: check_files(folder / "step.npz", folder / "result.npz", **arguments),
+        lambda: check_files(folder / "step.npz", folder / "result.npz", **arguments, limits=LIMITS),
         None if is_open and not wrongs else wrongs,
         judge,
         what,
@@ -117,7 +120,7 @@ def result_wrongs(arrays: Mapping[str, Any], n: int) -> list[Wrong]:
     if missing or "thickness" not in arrays:
         return wrongs + [Wrong(name) for name in missing or ["thickness"]]
     found = [contract.real_wrong(name, arrays[name], ZONES[name]) for name in list(ZONES)[:4]]
-    found.append(contract.index_wrong("impact_nodes", arrays["impact_nodes"], 4, n))
+    found.append(_nodes_wrong(arrays["impact_nodes"], n))
     wrongs += [one for one in found if one is not None]
     if wrongs:
         return wrongs
@@ -125,6 +128,16 @@ def result_wrongs(arrays: Mapping[str, Any], n: int) -> list[Wrong]:
     if contract.flags_of(arrays["impact_is_edge_edge"], max(lengths)) is None:
         wrongs.append(Wrong("impact_is_edge_edge"))
     return [*wrongs, *map(Wrong, ZONES)] if len(lengths) > 1 else wrongs
+
+
+def _nodes_wrong(value: Any, n: int) -> Wrong | None:
+    """Return what is wrong with the nodes of impacts: four vertices, each another one."""
+    wrong = contract.index_wrong("impact_nodes", value, 4, n)
+    if wrong is not None:
+        return wrong
+    rows = np.asarray(value, float).reshape(-1, 4).tolist()
+    off = [i for i, row in enumerate(rows) if len(set(row)) < 4]
+    return Wrong("impact_nodes", f"row {off[0]}") if off else None
 
 
 def _is_open(arrays: Mapping[str, Any], names: list[str]) -> bool:
