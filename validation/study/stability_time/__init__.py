@@ -2,8 +2,8 @@
 
 A search changes recipes of steps at random and keeps what takes longest (`slow_search.py`). The
 slowest recipe of each kind is then made smaller and larger, up to 8 times, which says whether its
-time grows faster than n log n, and why (`cells.py`). Each step runs in a process of its own and with a time
-limit, so a step that would take hours is a row, too. Start reading with `rows`.
+time grows faster than n log n, and why (`cells.py`). Each step runs in a process of its own and
+with a time limit, so a step that would take hours is a row, too. Start reading with `rows`.
 """
 
 from pathlib import Path
