@@ -14,7 +14,7 @@ from izo_ref.base.records import PairState
 from izo_ref.loop.ending import at_start
 from izo_ref.loop.time_plan import TimePlan
 from izo_ref.zones.objective import objective
-from tests.helpers.shapes import grid, two_sheets
+from tests.helpers.shapes import grid, pinched_sheet, two_sheets
 from validation.scenes.balls import pressed_balls
 
 LIMIT_S = 10.0
@@ -198,6 +198,19 @@ def test_the_limit_may_strike_in_each_stage(rng, by_clock):
     at_start = "All vertices that are not pinned stay at the start."
     assert f"the main loop. {fail_safe}" in reasons
     assert f"the first detection and scaling back. {at_start}" in reasons
+
+
+def test_a_search_with_less_thickness_that_is_cut_is_said(by_clock, monkeypatch):
+    def cut(*_):
+        raise OutOfTimeError
+
+    module = import_module("izo_ref.loop.resolve")
+    monkeypatch.setattr(module, "find_with_less_thickness", cut)
+    result = by_clock(pinched_sheet(-0.05, bump=0.2), TickingClock(0.0), 0.02)
+    assert result.status is Status.BLOCKED
+    assert result.reason.endswith(
+        "What has too little room for the thickness was not resolved again with less."
+    )
 
 
 def test_rounds_that_are_cut_leave_the_answer_of_the_rounds_before(rng, by_clock):
