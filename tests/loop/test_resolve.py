@@ -12,6 +12,7 @@ from izo_ref import Options, Status
 from izo_ref.base import errors
 from izo_ref.base.devices import require_gpu
 from izo_ref.base.records import Exclusion
+from izo_ref.solvers.solve import solve_system
 from tests.helpers.shapes import (
     falling_sheet,
     grid,
@@ -324,3 +325,23 @@ def test_a_sheet_of_which_each_vertex_is_thrown_far_ends_free(seed):
 def test_same_bits_with_one_thread_and_with_two_in_a_deep_step():
     scene = falling_sheet(6, 100.0, n=8)
     same_bits(with_threads(1, scene, 1e-4), with_threads(2, scene, 1e-4))
+
+
+def test_a_zone_that_is_solved_again_starts_from_its_own_multipliers(rng, monkeypatch):
+    """Impacts are told apart by their weights and normals, which stay as they are in the loop."""
+    module, known, n_warm = import_module("izo_ref.loop.cpu_step"), {}, 0
+
+    def recorded(system, options, *, start, deadline):
+        nonlocal n_warm
+        solution = solve_system(system, options, start=start, deadline=deadline)
+        for j, value in enumerate(start):
+            impact = system.weights[j].tobytes(), system.normals[j].tobytes()
+            if value > 0.0:
+                assert value == known[impact]
+                n_warm += 1
+            known[impact] = solution.multipliers[j]
+        return solution
+
+    monkeypatch.setattr(module, "solve_system", recorded)
+    izo_ref.resolve(two_sheets(rng, 8), 1e-3, options=Options(relinearize=0))
+    assert n_warm > 20

@@ -106,6 +106,17 @@ def test_the_active_set_ends_at_one_answer_from_any_guess(rng, n):
         np.testing.assert_allclose(u, answers[0][0], rtol=0.0, atol=1e-13 * np.abs(u).max())
 
 
+def test_the_active_set_stops_when_it_is_told_to(rng):
+    system, _ = problem_system([random_problem(rng, 20)])
+    rows = scale_constraints(system)
+    u, z = np.zeros(20), np.full((len(system.proposed), 3), np.nan)
+    numbers, indices = work_of_active_set(20, len(z))
+    scratch = np.full(numbers, np.nan), np.full(indices, -7, np.int32)
+    own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, np.ones(1, bool)
+    status, steps = active_set(0, 20, 0, len(z), *own, *scratch, u, z.ravel())
+    assert (status, steps) == (NOT_CONVERGED, 1)
+
+
 def test_an_infeasible_zone_is_reported_unsolved():
     rows = [[0, 1, 2, 3]] * 2, [[1.0, -0.2, -0.3, -0.5]] * 2, [[0, 0, 1.0], [0, 0, -1.0]]
     zone = ZoneProblem(*rows, np.zeros((4, 3)), np.ones(4), 0.1)
