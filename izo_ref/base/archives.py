@@ -16,29 +16,23 @@ Only the arrays that are asked for are read. Nothing is ever unpickled.
 
 from __future__ import annotations
 
-import io
 import os
-import struct
 import zipfile
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from typing import Any, BinaryIO, cast
 
+from izo_ref.base.archive_list import Bounded, declared_count
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.input_files import FilePath, open_input
-from izo_ref.base.npy_header import HeaderError, array_of, read_header
+from izo_ref.base.npy_header import Header, HeaderError, array_of, read_header
 from izo_ref.base.values import shown
 
 INFLATED = 1032  # times the compressed size, the most that deflate can give
 SMALL = 1 << 10  # bytes; the compressed size of tiny arrays is rounded up to whole bits and blocks
-LARGEST_LIST = 4 << 20  # bytes of an archive's list of contents
 ENCRYPTED = 0x1  # flag of a member
 PIECE = 1 << 20  # bytes that are read at once
 ENDING = ".npy"
-END, WIDE_END = b"PK\x05\x06", b"PK\x06\x06"  # records at the end of an archive
-LONGEST_END = (
-    22 + 0xFFFF + 76
-)  # bytes: the record, its comment, and the two records of large archives
 
 
 class Archive:
@@ -51,9 +45,9 @@ class Archive:
     def __init__(self, path: FilePath, file: BinaryIO) -> None:
         """Read the list of contents, and check the sizes that it declares."""
         self._path, size = path, os.fstat(file.fileno()).st_size
-        self._archive = zipfile.ZipFile(cast(Any, _Bounded(file)))
+        self._archive = zipfile.ZipFile(cast(Any, Bounded(file)))
         members = [member for member in self._archive.infolist() if not member.is_dir()]
-        count = _declared_count(file, size)
+        count = declared_count(file, size)
         if count != len(self._archive.infolist()):
             found = len(self._archive.infolist())
             raise HeaderError(f"its list of contents declares {count} arrays, but has {found}")
@@ -77,16 +71,53 @@ class Archive:
         Raises:
             HeaderError: It is no array of plain numbers, or its sizes do not fit.
         """
+        header, file = self.open_array(name)
+        with file:
+            return array_of(header, all_bytes(file, header.n_bytes))
+
+    def open_array(self, name: str) -> tuple[Header, BinaryIO]:
+        """Open an array whose bytes are read piece by piece.
+
+        Args:
+            name: Its name.
+
+        Returns:
+            Its header, and the file behind it, which has as many bytes as the header asks for
+            unless it is damaged.
+
+        Raises:
+            HeaderError: It is no array of plain numbers, or its sizes do not fit.
+        """
+        file = self.open_member(name)
+        header, begin = read_header(file)
+        size = self._members[name].file_size
+        if begin + header.n_bytes != size:
+            raise HeaderError(
+                f"shape {header.shape} and type {header.dtype} take {header.n_bytes} bytes, "
+                f"but there are {size - begin}"
+            )
+        return header, file
+
+    def open_member(self, name: str) -> BinaryIO:
+        """Open the bytes of an array, its header first, or those of another file of the archive.
+
+        Args:
+            name: Its name.
+
+        Raises:
+            HeaderError: It is encrypted, or compressed in an unknown way.
+        """
         member = self._members[name]
         _check_member(member)
-        with self._archive.open(member) as file:
-            header, begin = read_header(cast(BinaryIO, file))
-            if begin + header.n_bytes != member.file_size:
-                raise HeaderError(
-                    f"shape {header.shape} and type {header.dtype} take {header.n_bytes} bytes, "
-                    f"but there are {member.file_size - begin}"
-                )
-            return array_of(header, _all_bytes(file, header.n_bytes))
+        return cast(BinaryIO, self._archive.open(member))
+
+    def member(self, name: str) -> zipfile.ZipInfo:
+        """Return what the list of contents says of an array: file name, date, compression.
+
+        Args:
+            name: Its name.
+        """
+        return self._members[name]
 
     def check(self, name: str) -> None:
         """Check that an array which nobody reads has the same name where it lies as in the list.
@@ -99,51 +130,7 @@ class Archive:
         Raises:
             HeaderError: It is encrypted, or compressed in an unknown way.
         """
-        _check_member(self._members[name])
-        self._archive.open(self._members[name]).close()
-
-
-def _declared_count(file: BinaryIO, size: int) -> int:
-    """Return how many files the end of an archive says there are.
-
-    Python's reader does not compare it with what it finds. So one wrong bit in the length of a
-    comment would make the next array disappear without an error.
-    """
-    file.seek(max(0, size - LONGEST_END))
-    tail = file.read(LONGEST_END)
-    at = tail.rfind(END)
-    count = int(struct.unpack_from("<H", tail, at + 10)[0])
-    wide = tail.rfind(WIDE_END, 0, at)
-    if count == 0xFFFF and wide >= 0:
-        count = int(struct.unpack_from("<Q", tail, wide + 32)[0])
-    return count
-
-
-class _Bounded(io.BufferedIOBase):
-    """A file of which one read takes at most the bytes of the largest list of contents."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self._file = file
-
-    def read(self, size: int | None = -1) -> bytes:
-        if size is None or size > LARGEST_LIST:
-            raise HeaderError(
-                f"its list of contents has {size} bytes, expected at most {LARGEST_LIST}; save "
-                "fewer arrays, or a folder of .npy files"
-            )
-        return self._file.read(LARGEST_LIST if size < 0 else size)
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def seekable(self) -> bool:
-        return True
-
-    def readable(self) -> bool:
-        return True
+        self.open_member(name).close()
 
 
 def _check_member(member: zipfile.ZipInfo) -> None:
@@ -164,8 +151,16 @@ def _check_member(member: zipfile.ZipInfo) -> None:
         )
 
 
-def _all_bytes(file: Any, size: int) -> bytearray:
-    """Return the bytes up to the end, of which there have to be as many as were declared."""
+def all_bytes(file: Any, size: int) -> bytearray:
+    """Return the bytes up to the end, of which there have to be as many as were declared.
+
+    Args:
+        file: Is at their beginning.
+        size: Their number.
+
+    Raises:
+        HeaderError: There are fewer, or more.
+    """
     content = bytearray()
     while len(content) <= size:
         piece = file.read(min(PIECE, size + 1 - len(content)))
@@ -235,31 +230,47 @@ def read_array(path: FilePath) -> Any:
                 f"shape {header.shape} and type {header.dtype} take {header.n_bytes} bytes, but "
                 f"there are {size - begin}"
             )
-        return array_of(header, _all_bytes(file, header.n_bytes))
+        return array_of(header, all_bytes(file, header.n_bytes))
 
 
 @contextmanager
 def _readable(path: FilePath) -> Iterator[tuple[BinaryIO, Callable[[str], None]]]:
     """Open a file, and turn every error of reading it into one that names the file and the part."""
+    with open_input(path) as file, damage_named(path) as name_part:
+        yield file, name_part
+
+
+@contextmanager
+def damage_named(path: FilePath) -> Iterator[Callable[[str], None]]:
+    """Turn every error of reading an archive into one that names the file and the part.
+
+    Args:
+        path: The file.
+
+    Yields:
+        A function that takes the beginning of the message: the part that is read next.
+
+    Raises:
+        FileFormatError: The file cannot be read, or is damaged.
+    """
     part = [""]
 
     def name_part(text: str) -> None:
         part[0] = text
 
-    with open_input(path) as file:
-        try:
-            yield file, name_part
-        except HeaderError as error:
-            raise FileFormatError(f"{path}: {part[0]}{error}") from None
-        except OSError as error:
-            raise FileFormatError(f"{path}: cannot be read: {error.strerror or error}") from None
-        except MemoryError:
-            raise FileFormatError(
-                f"{path}: {part[0]}needs more memory than is free; use a machine with more memory"
-            ) from None
-        except (
-            Exception
-        ) as error:  # a damaged archive can raise anything: zlib.error, KeyError, ...
-            raise FileFormatError(
-                f"{path}: {part[0]}the archive is damaged ({shown(str(error))}); write it again"
-            ) from None
+    try:
+        yield name_part
+    except FileFormatError:
+        raise
+    except HeaderError as error:
+        raise FileFormatError(f"{path}: {part[0]}{error}") from None
+    except OSError as error:
+        raise FileFormatError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except MemoryError:
+        raise FileFormatError(
+            f"{path}: {part[0]}needs more memory than is free; use a machine with more memory"
+        ) from None
+    except Exception as error:  # a damaged archive can raise anything: zlib.error, KeyError, ...
+        raise FileFormatError(
+            f"{path}: {part[0]}the archive is damaged ({shown(str(error))}); write it again"
+        ) from None

@@ -15,8 +15,10 @@ import shutil
 import stat
 import tempfile
 import uuid
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from types import ModuleType
+from typing import BinaryIO
 
 FilePath = str | os.PathLike[str]
 Content = bytes | memoryview
@@ -67,18 +69,36 @@ def replace_whole(path: FilePath, content: Content, mode: int | None) -> None:
     Raises:
         OSError: The file cannot be written; an old one is as it was.
     """
+    with open_whole(path) as file:
+        if mode is not None and hasattr(os, "fchmod"):
+            os.fchmod(file.fileno(), mode)
+        _write_all(file.fileno(), content)
+
+
+@contextmanager
+def open_whole(path: FilePath) -> Iterator[BinaryIO]:
+    """Open a new file, which takes the place of another one when the block ends without an error.
+
+    Use it for content that is larger than memory.
+
+    Args:
+        path: The name of the file.
+
+    Yields:
+        The new file, to write bytes to.
+
+    Raises:
+        OSError: The file cannot be written; an old one is as it was.
+    """
     delete_leftovers(path)
     handle, new = _open_new(path)
     try:
-        try:
-            if mode is not None and hasattr(os, "fchmod"):
-                os.fchmod(handle, mode)
-            _write_all(handle, content)
+        with os.fdopen(handle, "wb") as file:
+            yield file
+            file.flush()
             os.fsync(handle)  # some file systems say only here that they are full
             if fcntl is not None:
                 os.replace(new, path)  # before the lock ends
-        finally:
-            os.close(handle)
         if fcntl is None:
             os.replace(new, path)
     except BaseException:

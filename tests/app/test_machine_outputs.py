@@ -15,10 +15,9 @@ import pytest
 from izo_ref.app import files, process
 from izo_ref.app.cli import main
 from izo_ref.app.files import check_outputs, make_folder, save_json, save_scene
-from izo_ref.base import whole_files
+from izo_ref.base import whole_files, whole_folder
 from izo_ref.base.errors import FileFormatError, VectorsError
 from izo_ref.base.whole_files import leftovers, write_whole
-from izo_ref.porting import whole_folder
 from izo_ref.porting.generate.build import write_folder
 from izo_ref.porting.trace_files import TraceFolder
 from tests.helpers.shapes import vertex_over_face

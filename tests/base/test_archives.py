@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from izo_ref.app.files import load_result, load_scene
-from izo_ref.base.archives import LARGEST_LIST, read_archive, read_array
+from izo_ref.base.archive_list import LARGEST_LIST
+from izo_ref.base.archives import read_archive, read_array
 from izo_ref.base.errors import FileFormatError
 from izo_ref.base.input_files import read_bytes, read_text
 from izo_ref.base.npy_header import array_of, read_header

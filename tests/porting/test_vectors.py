@@ -10,8 +10,8 @@ import sys
 import numpy as np
 import pytest
 
+from izo_ref.base import whole_folder
 from izo_ref.base.errors import VectorsError
-from izo_ref.porting import whole_folder
 from izo_ref.porting.cases import GRADES, LARGE, case_line, case_of
 from izo_ref.porting.checks import check_cases
 from izo_ref.porting.files import CHECKOUT, load_case, load_cases, wrong_files

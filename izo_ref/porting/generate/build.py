@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from izo_ref.base.errors import VectorsError
+from izo_ref.base.whole_folder import replace_folder
 from izo_ref.porting.cases import LARGE, Case, case_line
 from izo_ref.porting.checks import check_cases
 from izo_ref.porting.files import SUMS, listed_sums, sums_text
@@ -22,7 +23,6 @@ from izo_ref.porting.lines import one_a_line
 from izo_ref.porting.npy import npy_bytes
 from izo_ref.porting.schema import schema_text
 from izo_ref.porting.stages import STAGES
-from izo_ref.porting.whole_folder import replace_folder
 
 LARGEST = 10_000_000  # bytes of all files together
 

@@ -13,7 +13,8 @@ import errno
 import os
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from izo_ref.base.whole_files import delete_leftovers, lock, replace_whole, unfinished_name
@@ -32,13 +33,32 @@ def replace_folder(files: Mapping[str, bytes], folder: Path) -> None:
     Raises:
         OSError: The folder cannot be written; an old one is as it was.
     """
+    with open_folder(folder) as new:
+        for name, content in files.items():
+            replace_whole(os.path.join(new, name), content, None)
+
+
+@contextmanager
+def open_folder(folder: Path) -> Iterator[Path]:
+    """Make a new folder, which takes the place of another one when the block ends without an error.
+
+    Use it for files that are larger than memory in all.
+
+    Args:
+        folder: The folder, without links. If it exists, it is deleted with all that is in it.
+
+    Yields:
+        The new folder, to write files into.
+
+    Raises:
+        OSError: The folder cannot be written; an old one is as it was.
+    """
     delete_leftovers(folder)
     new = unfinished_name(folder)
     os.mkdir(new)
     handle = _open_locked(new)
     try:
-        for name, content in files.items():
-            replace_whole(os.path.join(new, name), content, None)
+        yield Path(new)
         if folder.exists():
             _exchange(new, str(folder))
         else:
