@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from izo_ref.loop.plan import Plan, plan
     from izo_ref.loop.resolve import Result, resolve
     from izo_ref.scene import Scene
+    from izo_ref.sequence.resolve import Frame, resolve_sequence
     from izo_ref.solvers.solve import solve_zone
     from izo_ref.zones.distance import distance_bound
     from izo_ref.zones.grouping import Zones, build_zones
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ExcludedPairs",
     "Exclusion",
+    "Frame",
     "Impacts",
     "IzoError",
     "Options",
@@ -62,6 +64,7 @@ __all__ = [
     "plan",
     "residuals",
     "resolve",
+    "resolve_sequence",
     "solve_zone",
     "zone_problem",
 ]
@@ -85,6 +88,7 @@ _MODULES = {
     "loop.plan": ("Plan", "plan"),
     "loop.resolve": ("Result", "resolve"),
     "scene": ("Scene",),
+    "sequence.resolve": ("Frame", "resolve_sequence"),
     "solvers.solve": ("solve_zone",),
     "zones.distance": ("distance_bound",),
     "zones.grouping": ("Zones", "build_zones"),
