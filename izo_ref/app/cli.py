@@ -204,6 +204,13 @@ def _demo(args: Arguments) -> int:
     return _exit_code(result.certificate)
 
 
+def _sequence(args: Arguments) -> int:
+    from izo_ref.app.sequence_command import sequence
+
+    with _progress() as tick:
+        return sequence(args, tick)
+
+
 def _say(*lines: str) -> None:
     for line in lines:
         print(line)
@@ -247,6 +254,7 @@ _RUNS: dict[str, Run] = {
     "plan": _plan,
     "certify": _certify,
     "demo": _demo,
+    "sequence": _sequence,
     "conform": conform,
     "cache show": _show_cache,
     "cache clear": _clear_cache,

@@ -36,6 +36,7 @@ def command_parser() -> argparse.ArgumentParser:
         metavar="OUT.npz",
         help="result whose end positions are certified; the proposed positions if it is left out",
     )
+    _add_sequence(commands)
     add_conform(commands)
     _add_cache(commands)
     _add_vectors(commands)
@@ -110,6 +111,68 @@ def _add_resolve(commands: Commands) -> None:
         metavar="FOLDER",
         help="write every intermediate of the run, as .npy files and an index, to a new folder",
     )
+
+
+def _add_sequence(commands: Commands) -> None:
+    text = "resolve an animation frame by frame, and write it in the format in which it was read"
+    command = commands.add_parser("sequence", help=text, description=text)
+    command.set_defaults(command="sequence")
+    command.add_argument(
+        "animation", metavar="IN", help="animation to read: a file, or a folder of OBJ or PLY files"
+    )
+    command.add_argument(
+        "-o", "--output", required=True, metavar="OUT", help="where to write; same suffix as IN"
+    )
+    command.add_argument(
+        "--thickness",
+        type=float,
+        metavar="D",
+        help="distance that impacts keep at the end of a frame, in the unit of IN (default: "
+        f"{Options().thickness_fraction:g} of the median edge length of the first frame)",
+    )
+    command.add_argument(
+        "--start",
+        type=int,
+        metavar="A",
+        help="frame where the sequence starts, from 0; those before are written as they are",
+    )
+    command.add_argument(
+        "--stop", type=int, metavar="B", help="last frame that is resolved and written"
+    )
+    command.add_argument(
+        "--obstacle",
+        metavar="FILE",
+        help="animation or mesh that moves as it is and is not written; one frame, or as many as "
+        "IN",
+    )
+    command.add_argument(
+        "--pin",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="mesh of IN that moves as it is; may be given several times",
+    )
+    command.add_argument(
+        "--topology",
+        metavar="MESH",
+        help="for a point cache: OBJ or PLY file with its polygons (default: the file beside it)",
+    )
+    command.add_argument(
+        "--max-substeps",
+        type=int,
+        default=16,
+        metavar="N",
+        help="largest number of steps into which a blocked frame is cut (default: %(default)s)",
+    )
+    command.add_argument(
+        "--device",
+        default="cpu",
+        choices=("cpu", "cuda", "auto"),
+        help="where the loop runs (default: %(default)s)",
+    )
+    command.add_argument("--json", metavar="REPORT.json", help="write a report of each frame")
+    add_scene_flags(command)
+    command.set_defaults(initial_intersections="ratchet")
 
 
 def _add_cache(commands: Commands) -> None:
