@@ -23,8 +23,8 @@ from validation.study.parts import Part, Say
 
 SEED = 20261129
 # Cases of a batch, and batches of each family and kind, whose seeds follow one another. With 18
-# families and 14 kinds, these are 20,160 cases.
-BATCH, ROUNDS = 10, 8
+# families and 14 kinds, these are 22,680 cases.
+BATCH, ROUNDS = 10, 9
 KEYS = ("family", "kind", "seed")
 STEP_S = 20.0  # a case that computes for longer than this, with its judges, is counted as slow
 BATCH_S = 60.0
