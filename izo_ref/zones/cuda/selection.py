@@ -25,8 +25,7 @@ from izo_ref.base.arrays import (
 )
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.zones.serial.deep_selection import (
-    DEEP,
-    depth_of_zone,
+    decide_depth,
     is_early,
     main_vertices,
     relative_depth,
@@ -162,13 +161,7 @@ def decide_depths(
     """Decide which zones are deep, a thread for each, and mark their impacts and vertices."""
     zone = cuda.grid(1)
     if zone < impact_offsets.shape[0] - 1:
-        begin, end = impact_offsets[zone], impact_offsets[zone + 1]
-        depth = depth_of_zone(begin, end, impacts, depths, nodes, pinned, known_out)
-        for i in range(begin, end):
-            deep_out[impacts[i]] = depth == DEEP
-            for k in range(4):
-                if not pinned[nodes[impacts[i], k]]:
-                    known_out[nodes[impacts[i], k]] = depth
+        decide_depth(zone, impacts, impact_offsets, depths, nodes, pinned, known_out, deep_out)
 
 
 @cuda_kernel

@@ -126,7 +126,8 @@ def depth_of_zone(
 
 
 @compiled
-def decide_depths(
+def decide_depth(
+    zone: int,
     impacts: Indices,  # (n,) i8, zone by zone
     impact_offsets: Indices,  # (n_zones + 1,) i8
     depths: Floats,  # (n_impacts,) f8, in longest edges
@@ -135,15 +136,30 @@ def decide_depths(
     known_out: Ints,  # (n_vertices,) i4, of the vertices of impacts; read, too
     deep_out: Flags,  # (n_impacts,) b1; of the impacts of zones
 ) -> None:
-    """Decide which zones are deep, and mark their impacts and their vertices."""
+    """Decide whether a zone is deep, and mark its impacts and its vertices."""
+    begin, end = impact_offsets[zone], impact_offsets[zone + 1]
+    depth = depth_of_zone(begin, end, impacts, depths, nodes, pinned, known_out)
+    for i in range(begin, end):
+        deep_out[impacts[i]] = depth == DEEP
+        for k in range(4):
+            if not pinned[nodes[impacts[i], k]]:
+                known_out[nodes[impacts[i], k]] = depth
+
+
+@compiled
+def decide_depths(
+    impacts: Indices,
+    impact_offsets: Indices,
+    depths: Floats,
+    nodes: Nodes,
+    pinned: Flags,
+    known_out: Ints,
+    deep_out: Flags,
+) -> None:
+    """Call `decide_depth` for each zone."""
+    own = impacts, impact_offsets, depths, nodes, pinned, known_out, deep_out
     for zone in range(impact_offsets.shape[0] - 1):
-        own = impact_offsets[zone], impact_offsets[zone + 1]
-        depth = depth_of_zone(*own, impacts, depths, nodes, pinned, known_out)
-        for i in range(*own):
-            deep_out[impacts[i]] = depth == DEEP
-            for k in range(4):
-                if not pinned[nodes[impacts[i], k]]:
-                    known_out[nodes[impacts[i], k]] = depth
+        decide_depth(zone, *own)
 
 
 @compiled
