@@ -25,7 +25,7 @@ from izo_ref.formats.alembic_library import (
 )
 from izo_ref.formats.animation import FilePath, Mesh
 from izo_ref.formats.trial import try_in_child
-from izo_ref.formats.whole_output import checked_frames, split, whole_output
+from izo_ref.formats.whole_output import checked_frames, named_output, split
 
 SAME_TIME = 1e-6  # [s]; exporters add up times in different ways
 
@@ -138,7 +138,7 @@ class AlembicAnimation:
                 write a property as it was.
         """
         n_written = 0
-        with whole_output(path, ".abc", [self.path]) as new:
+        with named_output(path, ".abc", [self.path]) as new:
             with errors(path):
                 copy = Copy(self._archive, self.path, new, self._names)
             checked = checked_frames(frames, sum(self._sizes()), self.n_frames, path)

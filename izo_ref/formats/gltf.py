@@ -17,7 +17,7 @@ from izo_ref.formats.gltf_edit import Edit, offsets_from
 from izo_ref.formats.gltf_file import GltfFile
 from izo_ref.formats.gltf_json import errors, item, many
 from izo_ref.formats.gltf_scene import FLOAT, Accessor, Shape, accessor, read, shapes
-from izo_ref.formats.whole_output import checked_frames, split, whole_output
+from izo_ref.formats.whole_output import checked_frames, named_output, split
 
 MOVES = ("translation", "rotation", "scale", "pointer")
 CUBIC = "CUBICSPLINE"
@@ -145,7 +145,7 @@ class GltfAnimation:
         """
         real = Path(os.path.realpath(path))
         last = 0
-        with whole_output(path, self.path.suffix.lower(), self._file.paths) as new:
+        with named_output(path, self.path.suffix.lower(), self._file.paths) as new:
             with errors(path):
                 edit = Edit(self._file, new)
             checked = checked_frames(frames, sum(self._sizes()), self.n_frames, path)

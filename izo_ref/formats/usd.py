@@ -29,7 +29,7 @@ from izo_ref.formats.usd_library import (
     topology,
     topology_might_change,
 )
-from izo_ref.formats.whole_output import checked_frames, split, whole_output
+from izo_ref.formats.whole_output import checked_frames, named_output, split
 
 CRATE = b"PXR-USDC"  # how binary layers begin
 SKIPPED = ("guide", "proxy")  # purposes of stand-ins, which would meet what they stand for
@@ -140,7 +140,7 @@ class UsdAnimation:
         layers = [layer.realPath for layer in self._stage.GetUsedLayers() if layer.realPath]
         n_vertices = sum(mesh.n_vertices for mesh in self.meshes)
         last = 0
-        with whole_output(path, self.path.suffix.lower(), layers) as new:
+        with named_output(path, self.path.suffix.lower(), layers) as new:
             with errors(path):
                 edit = Edit(self._stage, [mesh.name for mesh in self.meshes], self.times)
             for number, positions in checked_frames(frames, n_vertices, self.n_frames, path):

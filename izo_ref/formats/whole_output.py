@@ -6,7 +6,7 @@ import os
 import shutil
 import stat
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +15,11 @@ from izo_ref.base import whole_files
 from izo_ref.base.arrays import Positions
 from izo_ref.base.errors import FileFormatError
 from izo_ref.formats.animation import FilePath
+from izo_ref.formats.frames import check_suffix, refuse_inputs
 
 
 @contextmanager
-def whole_output(path: FilePath, suffix: str, inputs: Iterable[FilePath]) -> Iterator[str]:
+def named_output(path: FilePath, suffix: str, inputs: Iterable[FilePath]) -> Iterator[str]:
     """Give a name in a new folder beside a file; what is written there takes the file's place.
 
     The folder is locked while this process lives, so that the next write of the same file deletes
@@ -36,13 +37,9 @@ def whole_output(path: FilePath, suffix: str, inputs: Iterable[FilePath]) -> Ite
         FileFormatError: The suffix is another one, the file is one of the inputs, or it cannot be
             written.
     """
-    if Path(path).suffix.lower() != suffix:
-        raise FileFormatError(f"{path}: expected a name that ends in {suffix}, as what was read")
+    check_suffix(path, suffix)
     real = os.path.realpath(path)
-    for read in inputs:
-        with suppress(FileNotFoundError):
-            if os.path.samefile(read, real):
-                raise FileFormatError(f"{path}: is being read; write to another file")
+    refuse_inputs(Path(real), map(Path, inputs))
     folder = whole_files.unfinished_name(real)
     handle = None
     try:

@@ -24,7 +24,8 @@ class Step(Protocol):
         multipliers: (n_impacts,) f8 [kg].
         active: (n_impacts,) b1, impacts that hold the positions.
         stuck: (n_vertices,) b1, vertices of zones that no positions satisfy.
-        known_depths: (n_vertices,) i4, whether each vertex was in a deep zone.
+        known_depths: (n_vertices,) i4, whether each vertex was in a deep zone, in another one, or
+            in none (`zones/serial/deep_selection.py`).
         found: Impacts of the last detection, without those that have pinned vertices only.
         longest: The end positions whose path was free for the longest time, and that time.
         n_left: Number of zones that a GPU left to the CPU.

@@ -172,10 +172,10 @@ class _Run:
 
     def start(self, number: int, frame: Any) -> Frame:
         """Check the first frame, and return it rounded."""
-        scene = Scene(frame, frame, *self._mesh, **self._modes)
-        self._positions = rounded(scene.positions_t0, self._precision)
-        if not np.array_equal(self._positions, scene.positions_t0):
-            scene = self._scene(self._positions)
+        start = checks.floats("positions", copy_to_cpu("positions", detach(frame)), (None, 3))
+        start = rounded(start, self._precision)
+        scene = Scene(start, start, *self._mesh, **self._modes)
+        self._positions = scene.positions_t0
         excluded = scene.excluded
         return Frame(
             number=number,

@@ -242,7 +242,7 @@ def test_a_file_is_not_written_over_itself(cloth, tmp_path):
     link.symlink_to(cloth)
     before = cloth.read_bytes()
     for target in (cloth, link):
-        with pytest.raises(FileFormatError, match="is being read"):
+        with pytest.raises(FileFormatError, match="which is read"):
             animation.write(target, [animation.frame(0)])
     assert cloth.read_bytes() == before
 
