@@ -1,10 +1,10 @@
 """Round the end of a path to the floats of a file, and certify the rounded path.
 
-What a file holds is what has to be certified. Rounding to float32 moves a vertex by up to 3e-8 of
-its coordinates, which is far less than the thickness in most scenes. Where it makes contact all the
-same, vertices give way: first by a few of these floats, in the direction in which the impacts push
-them; and where that does not help, they stay at the start of the step, which is such a float
-already.
+What a file holds is what has to be certified. Rounding to float32 moves a vertex by up to 6e-8
+(2^-24) of its coordinates, which is far less than the thickness in most scenes. Where it makes
+contact all the same, vertices give way: first by a few of these floats, in the direction in which
+the impacts push them. Where that does not help, they stay at the start of the step, which is such a
+float already.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ from izo_ref.zones.serial.grouping import group_by_zone
 PRECISIONS = ("float64", "float32")
 # Floats of a precision, or what a file holds where positions are transformed when they are written.
 Precision: TypeAlias = str | Callable[[Positions], Positions]
-# How many floats farther a vertex goes, one try after the other. The rounding of four vertices is
-# at most two floats in each coordinate, and the push may be steep to the normal of a pair.
+# How many floats farther a vertex goes, one try after the other. Rounding moves each vertex by at
+# most half a float in a coordinate, and so the gap of a pair by at most one along each axis. The
+# push may be oblique to the normal of the pair.
 TRIES = (1, 2, 4, 8)
 
 
