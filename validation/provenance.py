@@ -11,6 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 # Packages that answers and times depend on.
 PACKAGES = (
     "numba",
+    "numba-cuda",
     "numpy",
     "scipy",
     "ipctk",
