@@ -7,16 +7,14 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numba import cuda
-from numba.cuda.cudadrv.driver import CudaAPIError
 from numpy.typing import DTypeLike
 
 from izo_ref.base.arrays import AnyArray, GpuArray
 from izo_ref.base.cuda import arrays as kernels
+from izo_ref.base.cuda import memory
 from izo_ref.base.cuda.arrays import ITEMS, TILE
 from izo_ref.base.cuda.compile import THREADS, Kernel
-from izo_ref.base.errors import DeviceMemoryError
-from izo_ref.base.gpu_interop import has_cupy, order_by_cupy, viewed
+from izo_ref.base.gpu_interop import has_cupy, order_by_cupy, own_array, shared_array
 from izo_ref.base.records import SceneArrays
 
 
@@ -30,22 +28,7 @@ def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> GpuArray:
     Raises:
         DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
     """
-    shape = shape if isinstance(shape, tuple) else (shape,)
-    room = (max(shape[0], 1), *shape[1:])
-    try:
-        array = cuda.device_array(room, dtype)
-        # Slice only if the length is 0: where another axis has length 0, a slice would have one
-        # row.
-        return array if shape[0] else array[:0]
-    except CudaAPIError as error:
-        if "OUT_OF_MEMORY" not in str(error):
-            raise
-        need = math.prod(room) * np.dtype(dtype).itemsize
-        free, total = cuda.current_context().get_memory_info()
-        raise DeviceMemoryError(
-            f"device 'cuda': {need / 2**20:.0f} MiB more are needed, {free / 2**20:.0f} of "
-            f"{total / 2**20:.0f} MiB are free; use a larger GPU, or device 'cpu'"
-        ) from error
+    return memory.new_array(shape if isinstance(shape, tuple) else (shape,), dtype)
 
 
 def to_gpu(array: AnyArray) -> GpuArray:
@@ -54,6 +37,11 @@ def to_gpu(array: AnyArray) -> GpuArray:
     if array.size:
         result.copy_to_device(np.ascontiguousarray(array))
     return result
+
+
+def shared_copy(array: AnyArray) -> Any:
+    """Return a copy on the GPU of an array on the CPU, as an array of numba, for the user."""
+    return shared_array(to_gpu(array))
 
 
 def copy(array: GpuArray) -> GpuArray:
@@ -185,7 +173,7 @@ def positions_of(scene: SceneArrays, name: str) -> GpuArray:
         return to_gpu(getattr(scene, name))
     n = len(scene.pinned)
     rows = empty((n, 3), np.float64)
-    kernels.take_rows[n](viewed(array), arange(n) if order is None else to_gpu(order), rows)
+    kernels.take_rows[n](own_array(array), arange(n) if order is None else to_gpu(order), rows)
     return rows
 
 

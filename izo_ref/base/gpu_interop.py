@@ -15,6 +15,8 @@ from numba import cuda
 from numba.cuda.core import config
 
 from izo_ref.base.arrays import GpuArray
+from izo_ref.base.cuda.memory import DeviceArray, array_at
+from izo_ref.base.cuda.simulated import array_of
 
 LEGACY_STREAM = 1  # number in DLPack of the default stream, on which this package launches all
 
@@ -27,12 +29,24 @@ def viewed(array: Any) -> GpuArray:
     """
     if getattr(array, "__cuda_ndarray__", False):
         return array
+    if isinstance(array, DeviceArray):
+        return shared_array(array)
     interface = getattr(array, "__cuda_array_interface__", None)
     # The interfaces of PyTorch, JAX and Warp do not name the stream on which they write. With
     # DLPack they wait for it.
     if not hasattr(array, "__dlpack__") or (interface or {}).get("stream") is not None:
         return cuda.as_cuda_array(array)
     return cuda.as_cuda_array(Described(array, LEGACY_STREAM))
+
+
+def own_array(array: Any) -> GpuArray:
+    """Return the memory of any array on a GPU as an array of ours, which kernels take."""
+    return array_at(viewed(array))
+
+
+def shared_array(array: GpuArray) -> Any:
+    """Return the memory of an array of ours as one of numba, for the user."""
+    return array_of(array) if config.ENABLE_CUDASIM else cuda.as_cuda_array(array)
 
 
 class Described:
@@ -78,4 +92,5 @@ def order_by_cupy(keys: GpuArray) -> GpuArray:
     """
     import cupy  # pyright: ignore[reportMissingImports]  # optional
 
-    return viewed(cupy.argsort(cupy.asarray(keys)))
+    order = cupy.argsort(cupy.asarray(keys))
+    return array_at(order)

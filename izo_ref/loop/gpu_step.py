@@ -24,6 +24,7 @@ from izo_ref.base.gpu_arrays import (
     offsets_of,
     positions_of,
     reduce,
+    shared_copy,
     take,
     to_cpu,
     to_gpu,
@@ -34,6 +35,7 @@ from izo_ref.base.gpu_impacts import (
     impacts_to_gpu,
     take_impacts,
 )
+from izo_ref.base.gpu_interop import shared_array
 from izo_ref.base.options import LAGRANGIAN, Options
 from izo_ref.base.records import DetectionCounts, Impacts, SceneArrays, no_impacts
 from izo_ref.detection.cuda import frames, paths
@@ -294,10 +296,10 @@ class GpuStep(Step):
     def positions_on_gpu(self, positions: Positions, order: Indices | None = None) -> GpuArray:
         """Return end positions as an array of the GPU; `order` as in `Step.positions_on_gpu`."""
         if order is None:
-            return to_gpu(positions)
+            return shared_copy(positions)
         moved_back = empty((self._n, 3), np.float64)
         kernels.put_rows[self._n](to_gpu(order), self.positions, moved_back)
-        return moved_back
+        return shared_array(moved_back)
 
     def to_cpu(self) -> CpuStep:
         """Return the same step on the CPU; its detections still run on the GPU."""

@@ -73,8 +73,8 @@ def result_back(
     status, converged, feasible = verdict(*facts, times.reason)
     on_gpu = result.positions_on_gpu
     if on_gpu is not None:
-        to_gpu = implementation("cuda", np.asarray, "izo_ref.base.gpu_arrays:to_gpu")
-        on_gpu = to_gpu(positions)
+        send = implementation("cuda", np.asarray, "izo_ref.base.gpu_arrays:shared_copy")
+        on_gpu = send(positions)
     return replace(
         result,
         positions=positions,

@@ -11,7 +11,6 @@ from izo_ref.base import gpu_interop as interop
 from izo_ref.base.cuda import arrays as kernels
 from izo_ref.base.cuda import compile as _jit
 from izo_ref.base.cuda.arrays import LARGEST, LEAST, SUM
-from izo_ref.base.errors import DeviceMemoryError
 
 THREADS, ITEMS = 4, 2
 TILE = THREADS * ITEMS
@@ -54,7 +53,7 @@ def test_long_arrays_are_sorted_by_cupy_if_it_is_installed(rng, monkeypatch):
 
     def argsort(keys):
         asked.append(len(keys))
-        return arrays.to_gpu(np.argsort(arrays.to_cpu(keys), kind="stable"))
+        return arrays.shared_copy(np.argsort(arrays.to_cpu(keys), kind="stable"))
 
     cupy = types.SimpleNamespace(asarray=lambda keys: keys, argsort=argsort)
     monkeypatch.setitem(sys.modules, "cupy", cupy)
@@ -88,24 +87,3 @@ def test_rows_are_taken_and_concatenated(rng):
     assert np.array_equal(arrays.to_cpu(both), np.concatenate((rows[index], rows)))
     numbers = arrays.take(arrays.arange(7, 3), arrays.to_gpu(index))
     assert arrays.to_cpu(numbers).tolist() == [9, 3, 3]
-
-
-def refusing(message):
-    """Return a `device_array` that fails with this message."""
-
-    def device_array(shape, dtype):
-        raise arrays.CudaAPIError(2, message)
-
-    return device_array
-
-
-def test_missing_memory_is_reported_with_its_size(monkeypatch):
-    monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_OUT_OF_MEMORY"))
-    with pytest.raises(DeviceMemoryError, match="24 MiB more are needed"):
-        arrays.empty((1 << 20, 3), np.float64)
-
-
-def test_other_errors_of_the_gpu_are_passed_on(monkeypatch):
-    monkeypatch.setattr(arrays.cuda, "device_array", refusing("CUDA_ERROR_ILLEGAL_ADDRESS"))
-    with pytest.raises(arrays.CudaAPIError, match="ILLEGAL"):
-        arrays.empty(3, np.float64)

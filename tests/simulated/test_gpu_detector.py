@@ -7,6 +7,7 @@ import pytest
 
 import izo_ref
 from izo_ref.base import gpu_arrays as arrays
+from izo_ref.base.cuda.simulated import array_of
 from izo_ref.base.records import ExcludedPairs
 from izo_ref.detection import gpu_detector as detect
 from izo_ref.detection.trees import VertexBoxes
@@ -72,10 +73,10 @@ def test_boxes_hold_all_elements_and_lanes_mark_the_moving_ones(rng):
     scene.positions_t1[still] = scene.positions_t0[still]
     detector = detect.Detector(scene)
     for elements in detector._elements:  # old values in the boxes above leaves must not matter
-        n = len(elements.tree.nodes)
+        n, blocks = len(elements.tree.nodes), array_of(elements.tree.blocks)
         for first in elements.levels[:-1]:
             for i in range(n):
-                elements.tree.blocks[first + i // 8, :, i % 8] = 9e9
+                blocks[first + i // 8, :, i % 8] = 9e9
             n = -(-n // 8)
     detector.find(arrays.to_gpu(scene.positions_t1))
     none = np.zeros(len(still))

@@ -50,11 +50,10 @@ def counted_launches() -> Iterator[dict[str, int]]:
     Yields:
         `{"launches": ..., "arrays": ...}`, complete at the end of the block.
     """
-    from numba import cuda
-
+    from izo_ref.base.cuda import memory
     from izo_ref.base.cuda.compile import Kernel
 
-    counts, in_blocks, make = {"launches": 0, "arrays": 0}, Kernel.in_blocks, cuda.device_array
+    counts, in_blocks, make = {"launches": 0, "arrays": 0}, Kernel.in_blocks, memory.new_array
 
     def counting_blocks(kernel: Kernel, n_blocks: int, *sizes: Any) -> Any:
         counts["launches"] += n_blocks > 0
@@ -66,6 +65,6 @@ def counted_launches() -> Iterator[dict[str, int]]:
 
     with (
         patch.object(Kernel, "in_blocks", counting_blocks),
-        patch.object(cuda, "device_array", counting_arrays),
+        patch.object(memory, "new_array", counting_arrays),
     ):
         yield counts

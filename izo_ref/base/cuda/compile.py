@@ -7,13 +7,12 @@ may differ from those of the CPU.
 """
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any
 
 from numba import cuda
 from numba.cuda.core import config
 
-from izo_ref.base.callees import setting
 from izo_ref.base.compile import CACHE_FOLDER, why_not_kept
 from izo_ref.base.kept_code import CodeFiles, Place, say_not_kept
 
@@ -74,9 +73,16 @@ class Kernel:
     def __init__(self, function: Callable[..., None]) -> None:
         """Prepare a function; it is compiled when it is first launched."""
         self.function = function
-        self._dispatcher = cuda.jit(function, fastmath=False)
-        if not config.ENABLE_CUDASIM:  # the simulator compiles nothing
-            keep_on_disk(self._dispatcher)
+        dispatcher = self._dispatcher = cuda.jit(function, fastmath=False)
+        if config.ENABLE_CUDASIM:  # the simulator compiles nothing, and has no driver
+            from izo_ref.base.cuda.simulated import launch
+
+            self._launch = partial(launch, dispatcher)
+        else:
+            from izo_ref.base.cuda.launch import Launcher
+
+            keep_on_disk(dispatcher)
+            self._launch = Launcher(dispatcher)
 
     def __getitem__(self, n_threads: int) -> Callable[..., None]:
         """Return the launch on n threads, in blocks of `THREADS`."""
@@ -92,12 +98,8 @@ class Kernel:
         """
 
         def launch(*arguments: Any) -> None:
-            if n_blocks == 0:
-                return
-            # a scene with little work has few blocks; numba need not warn of that
-            with setting(config, "CUDA_LOW_OCCUPANCY_WARNINGS", 0):
-                configured = self._dispatcher[n_blocks, size, 0, shared_bytes]
-            configured(*arguments)
+            if n_blocks:
+                self._launch(n_blocks, size, shared_bytes, arguments)
 
         return launch
 

@@ -1,0 +1,254 @@
+"""Memory of a GPU and launches by the driver, with a driver that works in the memory of the CPU."""
+
+import ctypes
+import gc
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from numba.core import types
+
+pytest.importorskip("numba_cuda", reason="numba-cuda is not installed: izo-ref[cuda]")
+
+from izo_ref.base.cuda import launch, memory
+from izo_ref.base.errors import DeviceMemoryError
+from izo_ref.detection.serial.tree import Tree
+
+OUT_OF_MEMORY, ILLEGAL_ADDRESS = 2, 700
+
+
+class Code(int):
+    """An error code of the driver."""
+
+    name = property(
+        lambda self: {OUT_OF_MEMORY: "CUDA_ERROR_OUT_OF_MEMORY"}.get(self, "CUDA_ERROR_OTHER")
+    )
+
+
+class Driver:
+    """A driver whose memory is that of the CPU."""
+
+    def __init__(self, n_bytes=1 << 20):
+        self.left, self.blocks, self.launches, self.asked = n_bytes, {}, [], []
+
+    def cuMemAlloc(self, n):
+        if n > self.left:
+            return Code(OUT_OF_MEMORY), None
+        self.left -= n
+        block = ctypes.create_string_buffer(n)
+        self.blocks[ctypes.addressof(block)] = block
+        return Code(0), ctypes.addressof(block)
+
+    def cuMemFree(self, address):
+        self.left += len(self.blocks.pop(address))
+        return (Code(0),)
+
+    def cuMemcpyHtoD(self, target, source, n):
+        ctypes.memmove(target, source, n)
+        return (Code(0),)
+
+    def cuMemcpyDtoH(self, target, source, n):
+        return self.cuMemcpyHtoD(target, source, n)
+
+    def cuMemcpyDtoDAsync(self, target, source, n, stream):
+        return self.cuMemcpyHtoD(target, source, n)
+
+    def cuLaunchKernel(self, handle, *rest):
+        sizes, places = rest[:8], rest[8]
+        self.launches.append((handle, sizes, places))
+        return (Code(0),)
+
+    def cuLaunchCooperativeKernel(self, handle, *rest):
+        return self.cuLaunchKernel(("cooperative", handle), *rest)
+
+    def cuCtxGetDevice(self):
+        return Code(0), 0
+
+    def cuKernelSetAttribute(self, name, value, kernel, device):
+        self.asked.append(value)
+        return (Code(0),)
+
+    CUfunction = CUkernel = int
+    CUfunction_attribute = SimpleNamespace(CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES=8)
+
+
+@pytest.fixture
+def driver(monkeypatch):
+    own = Driver()
+    monkeypatch.setattr(memory, "driver", own)
+    monkeypatch.setattr(launch, "driver", own)
+    monkeypatch.setattr(memory, "POOL", memory.Pool())
+    context = SimpleNamespace(get_memory_info=lambda: (own.left, 1 << 20))
+    monkeypatch.setattr(memory.cuda, "current_context", lambda: context)
+    return own
+
+
+def sent(values):
+    """Return a copy of an array in the memory of the driver."""
+    array = memory.new_array(values.shape, values.dtype)
+    array.copy_to_device(np.ascontiguousarray(values))
+    return array
+
+
+@pytest.mark.parametrize("dtype", ["f8", "f4", "i8", "i4", "i1", "b1"])
+@pytest.mark.parametrize("shape", [(5,), (4, 3), (2, 3, 4), (0,), (0, 3), (3, 0)])
+def test_arrays_come_back_as_they_were_sent(driver, rng, dtype, shape):
+    values = rng.integers(0, 100, shape).astype(dtype)
+    array = sent(values)
+    back = array.copy_to_host()
+    assert back.dtype == values.dtype
+    assert np.array_equal(back, values)
+    assert (array.shape, array.ndim, array.size) == (values.shape, values.ndim, values.size)
+    assert not values.size or array.strides == values.strides
+
+
+def test_rows_shapes_and_views_share_the_memory(driver, rng):
+    values = rng.random((6, 2))
+    array = sent(values)
+    assert np.array_equal(array[1:4].copy_to_host(), values[1:4])
+    assert np.array_equal(array[4:].copy_to_host(), values[4:])
+    assert array[3:2].shape == (0, 2)
+    assert np.array_equal(array.reshape(4, 3).copy_to_host(), values.reshape(4, 3))
+    assert np.array_equal(array.reshape((12,)).copy_to_host(), values.reshape(12))
+    assert np.array_equal(array.view(np.int64).copy_to_host(), values.view(np.int64))
+    array[2:3].copy_to_device(array[5:])
+    assert np.array_equal(array.copy_to_host()[2], values[5])
+    with pytest.raises(ValueError, match="step of 2"):
+        array[::2]
+
+
+def test_memory_lives_as_long_as_a_view_of_it_and_is_used_again(driver):
+    array = memory.new_array((100,), np.float64)
+    address, rows = array.address, array[50:]
+    del array
+    gc.collect()
+    other = memory.new_array((100,), np.float64)
+    assert other.address != address
+    del rows
+    gc.collect()
+    assert memory.new_array((110,), np.float64).address == address
+    assert len(driver.blocks) == 2
+
+
+@pytest.mark.parametrize("n", [0, 1, 511, 512, 513, 1000, 4097, 12345, 10**6, 10**9 + 1])
+def test_a_block_is_at_most_a_quarter_larger_than_asked(n):
+    room = memory.room_for(n)
+    assert room >= n
+    assert room <= max(memory.LEAST, 1.25 * n)
+    assert memory.room_for(room) == room
+
+
+def test_free_blocks_are_given_back_before_memory_runs_out(driver):
+    arrays = [memory.new_array((1 << 17,), np.int8) for _ in range(6)]
+    del arrays
+    gc.collect()
+    assert driver.left < 1 << 19
+    assert memory.new_array((1 << 19,), np.int8).size == 1 << 19
+
+
+def test_missing_memory_is_reported_with_its_size(driver):
+    with pytest.raises(DeviceMemoryError, match="24 MiB more are needed, 1 of 1 MiB are free"):
+        memory.new_array((1 << 20, 3), np.float64)
+
+
+def test_other_errors_of_the_driver_are_passed_on(driver, monkeypatch):
+    monkeypatch.setattr(driver, "cuMemAlloc", lambda n: (Code(ILLEGAL_ADDRESS), None))
+    with pytest.raises(memory.CudaAPIError, match="OTHER"):
+        memory.new_array((3,), np.float64)
+
+
+class Dispatcher:
+    """A dispatcher of numba whose kernels are names of their types."""
+
+    def __init__(self, cooperative=False):
+        self.compiled, self.cooperative = [], cooperative
+
+    def compile(self, signature):
+        self.compiled.append(signature)
+        function = SimpleNamespace(handle=len(self.compiled))
+        library = SimpleNamespace(get_cufunc=lambda: function)
+        return SimpleNamespace(
+            bind=lambda: None, cooperative=self.cooperative, _codelibrary=library
+        )
+
+
+def read(places, c_types):
+    """Read the arguments of a launch as the driver would."""
+    addresses = ctypes.cast(places, ctypes.POINTER(ctypes.c_void_p))
+    return [kind.from_address(addresses[i]).value for i, kind in enumerate(c_types)]
+
+
+ARRAY = 5 * (ctypes.c_int64,)
+
+
+def test_arguments_are_where_the_driver_looks_for_them(driver, rng):
+    dispatcher = Dispatcher()
+    run = launch.Launcher(dispatcher)
+    values, flags = sent(rng.random((7, 3))), sent(np.ones(4, bool))
+    run(3, 128, 64, (np.int8(-5), values, True, 2.5, flags, 1 << 40, np.float32(0.25)))
+    ((handle, sizes, places),) = driver.launches
+    assert handle == 1
+    assert sizes == (3, 1, 1, 128, 1, 1, 64, 0)
+    c = ctypes
+    c_types = c.c_int8, *ARRAY, *4 * (c.c_int64,), c.c_bool, c.c_double, *ARRAY
+    c_types += *2 * (c.c_int64,), c.c_int64, c.c_float
+    assert read(places, c_types) == [
+        -5,
+        *(0, 0, 21, 8, values.address, 7, 3, 24, 8),
+        True,
+        2.5,
+        *(0, 0, 4, 1, flags.address, 4, 1),
+        1 << 40,
+        0.25,
+    ]
+    expected = "int8", "array(float64, 2d, C)", "bool", "float64", "array(bool, 1d, C)"
+    assert tuple(map(str, dispatcher.compiled[0])) == (*expected, "int64", "float32")
+
+
+def test_records_are_handed_over_field_by_field(driver, rng):
+    dispatcher = Dispatcher()
+    run = launch.Launcher(dispatcher)
+    tree = Tree(
+        *(sent(np.zeros(s, t)) for s, t in (((3,), "i4"), ((3, 2), "i4"), ((1, 2), "f4"))),
+        *(sent(np.zeros(s, t)) for s, t in (((1, 2), "f4"), ((2,), "i8"))),
+    )
+    run(1, 32, 0, (tree, 5))
+    addresses = ctypes.cast(driver.launches[0][2], ctypes.POINTER(ctypes.c_void_p))
+    starts = np.cumsum([0, *(5 + 2 * column.ndim for column in tree)])
+    found = [ctypes.c_int64.from_address(addresses[int(k) + 4]).value for k in starts[:-1]]
+    assert found == [column.address for column in tree]
+    assert ctypes.c_int64.from_address(addresses[int(starts[-1])]).value == 5
+    record = dispatcher.compiled[0][0]
+    assert isinstance(record, types.NamedTuple)
+    assert record.instance_class is Tree
+
+
+def test_a_kernel_is_compiled_once_for_each_combination_of_types(driver):
+    dispatcher = Dispatcher()
+    run = launch.Launcher(dispatcher)
+    numbers, rows = sent(np.zeros(3)), sent(np.zeros((3, 1)))
+    for arguments in ((numbers, 1), (numbers, 2), (rows, 1), (numbers, 1.0), (rows, 7)):
+        run(1, 1, 0, arguments)
+    assert len(dispatcher.compiled) == 3
+    assert [handle for handle, *_ in driver.launches] == [1, 1, 2, 3, 2]
+
+
+def test_strided_arrays_of_others_are_told_apart(driver):
+    dispatcher = Dispatcher()
+    own = sent(np.zeros((4, 3)))
+    strided = memory.DeviceArray(own.address, (4, 2), own.dtype, own, (24, 8))
+    launch.Launcher(dispatcher)(1, 1, 0, (strided,))
+    assert str(dispatcher.compiled[0][0]) == "array(float64, 2d, A)"
+    assert strided.__cuda_array_interface__["strides"] == (24, 8)
+
+
+def test_kernels_that_wait_for_all_blocks_are_launched_together(driver):
+    launch.Launcher(Dispatcher(cooperative=True))(2, 32, 0, ())
+    assert driver.launches[0][0] == ("cooperative", 1)
+
+
+def test_much_shared_memory_is_asked_for_once(driver):
+    run = launch.Launcher(Dispatcher())
+    for n_bytes in (0, 48 << 10, 60 << 10, 50 << 10, 90 << 10):
+        run(1, 32, n_bytes, ())
+    assert driver.asked == [60 << 10, 90 << 10]
