@@ -187,6 +187,7 @@ def _zones(folder: Path, say: Say) -> None:
         for _ in range(REPEATS + 1):
             descend(system, options, scaled, solve=solve)
         found = solve_zone(problem, **own, device="cuda")
+        solve_zone(problem)  # this may compile, for longer than the budget
         cpu = measure(lambda p=problem: solve_zone(p), REPEATS, CPU_BUDGET_S)
         rows.add(
             impacts=n,
