@@ -1,4 +1,4 @@
-"""Memory of a GPU, and arrays in it that are made in a microsecond.
+"""Memory of a GPU, and arrays in it that are made in a few microseconds.
 
 An array of numba-cuda takes 26 us of Python on an H200, and 112 us with 10 MB. A step of a hundred
 thousand triangles makes two thousand of them. So memory that is no longer used is kept here in a
@@ -13,8 +13,9 @@ import math
 import sys
 import threading
 from contextlib import suppress
+from functools import lru_cache
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numba import cuda
@@ -30,6 +31,8 @@ STEPS = 4  # sizes of the pool between two powers of 2, so that at most a fifth 
 
 # cuda.bindings is installed with numba-cuda
 driver: Any = Driver() if config.ENABLE_CUDASIM else import_module("cuda.bindings.driver")
+
+Kind: TypeAlias = tuple[np.dtype[Any], int, bool]  # dtype, number of axes, whether contiguous
 
 _thread = threading.local()
 
@@ -71,8 +74,10 @@ class Pool:
             DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
         """
         room = room_for(n_bytes)
-        with suppress(KeyError, IndexError):  # another thread may have taken the last one
-            return Block(self._free[room].pop(), room, self)
+        free = self._free.get(room)
+        if free:
+            with suppress(IndexError):  # another thread took the last one
+                return Block(free.pop(), room, self)
         try:
             return Block(int(call_driver(driver.cuMemAlloc, room)), room, self)
         except CudaAPIError as error:
@@ -128,6 +133,36 @@ def no_memory(n_bytes: int) -> DeviceMemoryError:
 POOL = Pool()
 
 
+class Layout(NamedTuple):
+    """What arrays of one shape and dtype have in common.
+
+    Attributes:
+        n_bytes: Size of the values [bytes].
+        strides: As `DeviceArray.strides`.
+        kind: As `DeviceArray.kind`.
+        before: `DeviceArray.fields` before the address.
+        behind: `DeviceArray.fields` behind the address.
+    """
+
+    n_bytes: int
+    strides: tuple[int, ...]
+    kind: Kind
+    before: tuple[int, ...]
+    behind: tuple[int, ...]
+
+
+@lru_cache(maxsize=4096)  # a step makes thousands of arrays, and most have a shape that was there
+def layout_of(
+    shape: tuple[int, ...], dtype: np.dtype[Any], strides: tuple[int, ...] | None
+) -> Layout:
+    """Return the layout of an array; without strides, that of a contiguous one."""
+    n, size = math.prod(shape), dtype.itemsize
+    contiguous = tuple(size * math.prod(shape[k + 1 :]) for k in range(len(shape)))
+    own = contiguous if strides is None else strides
+    kind = dtype, len(shape), own == contiguous
+    return Layout(n * size, own, kind, (0, 0, n, size), (*shape, *own))
+
+
 class DeviceArray:
     """An array in the memory of a GPU, with those parts of the interface of numba's that we use.
 
@@ -160,12 +195,10 @@ class DeviceArray:
             owner: What keeps the memory alive.
             strides: [bytes]; None if the array is contiguous, with the last axis fastest.
         """
-        size = dtype.itemsize
-        contiguous = contiguous_strides(shape, size)
+        layout = layout_of(shape, dtype, strides)
         self.address, self.shape, self.dtype, self._owner = address, shape, dtype, owner
-        self.strides = contiguous if strides is None else strides
-        self.fields = (0, 0, math.prod(shape), size, address, *shape, *self.strides)
-        self.kind = dtype, len(shape), self.strides == contiguous
+        self.strides, self.kind = layout.strides, layout.kind
+        self.fields = (*layout.before, address, *layout.behind)
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -230,14 +263,6 @@ class DeviceArray:
             call_driver(driver.cuMemcpyDtoDAsync, self.address, values.address, n_bytes, 0)
 
 
-def contiguous_strides(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Return the strides of a contiguous array of values of some size [bytes]."""
-    strides = [size]
-    for n in shape[:0:-1]:
-        strides.append(strides[-1] * n)
-    return tuple(reversed(strides)) if shape else ()
-
-
 def new_array(shape: tuple[int, ...], dtype: DTypeLike) -> DeviceArray:
     """Return a new array, not written to.
 
@@ -245,7 +270,7 @@ def new_array(shape: tuple[int, ...], dtype: DTypeLike) -> DeviceArray:
         DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
     """
     own = np.dtype(dtype)
-    block = POOL.take(math.prod(shape) * own.itemsize)
+    block = POOL.take(layout_of(shape, own, None).n_bytes)
     return DeviceArray(block.address, shape, own, block)
 
 
