@@ -109,6 +109,14 @@ def count_resident_blocks() -> int:
     return getattr(cuda.get_current_device(), "MULTIPROCESSOR_COUNT", 1)
 
 
+def largest_shared_bytes() -> int:
+    """Return the most shared memory that a block can ask for [bytes]."""
+    from numba import cuda
+
+    # the simulator has no such limit; every GPU has at least this much
+    return getattr(cuda.get_current_device(), "MAX_SHARED_MEMORY_PER_BLOCK_OPTIN", 48 << 10)
+
+
 def _driver_message(cuda: Any) -> str:
     error = getattr(cuda, "cuda_error", lambda: None)()
     return str(error).strip().splitlines()[0] if error else "the driver reports no device"

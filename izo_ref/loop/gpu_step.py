@@ -279,7 +279,11 @@ class GpuStep(Step):
         local = Zones(np.arange(len(impacts.toi)), *on_cpu[1:])
         system = zone_system(self.scene, impacts, local, self._thickness)
         by_gpu = self._options.method in LAGRANGIAN or self._options.preset is not None
-        more = {"device": "cuda" if by_gpu else "cpu", "deadline": self._deadline}
+        start, active = (
+            to_cpu(take(column, zones.impacts)) for column in (self.multipliers, self.active)
+        )
+        start[~active] = 0.0
+        more = {"device": "cuda" if by_gpu else "cpu", "start": start, "deadline": self._deadline}
         solution = solve_system(system, self._options, **more)
         solved = np.repeat(solution.feasible, np.diff(on_cpu.vertex_offsets))
         vertices = on_cpu.vertices

@@ -5,14 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import GpuArray
 from izo_ref.base.cuda.thread_group import PARTS, WARP, shared_bytes
 from izo_ref.base.devices import count_resident_blocks
-from izo_ref.base.gpu_arrays import empty, flatnonzero, last_of, take, to_cpu, to_gpu, zeros
+from izo_ref.base.gpu_arrays import empty, last_of, to_cpu, to_gpu, zeros
 from izo_ref.base.options import Options
 from izo_ref.solvers.augmented_lagrangian import make_work_space
 from izo_ref.solvers.cuda import lagrangian as kernels
 from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
+from izo_ref.solvers.gpu_sizes import zones_of_size
 from izo_ref.solvers.gpu_variables import VariablesOnGpu
 from izo_ref.solvers.serial.lagrangian import N_STATES
 from izo_ref.solvers.serial.records import Inputs, Results
@@ -37,7 +37,7 @@ def solve_on_gpu(
     """Run the kernels on arrays of the GPU: one block a zone, or all blocks for a large zone.
 
     Args:
-        inputs: Arrays of the GPU.
+        inputs: Arrays of the GPU; all zones are solved.
         settings: Parameters of the loop.
         results: Arrays of the GPU, which are written.
         n_threads: Threads of a block.
@@ -48,11 +48,8 @@ def solve_on_gpu(
     """
     is_double = inputs.curvatures.dtype == np.float64
     most = LARGE if is_double else MOST
-    offsets, bounds = inputs.impact_offsets, ((0, most), (most, MOST))
-    small, large = (
-        take(inputs.zones, flatnonzero(flag_zones_of_size(inputs.zones, offsets, *sizes)))
-        for sizes in bounds
-    )
+    bounds = (0, most), (most, MOST)
+    small, large = (zones_of_size(inputs.impact_offsets, *sizes) for sizes in bounds)
     inputs, n_memory = inputs._replace(zones=small), last_of(inputs.memory_offsets)
     work = make_work_space(inputs, n_memory, n_threads, zeros)
     n_blocks, n_bytes = count_resident_blocks(), shared_bytes(n_threads)
@@ -73,60 +70,34 @@ def solve_on_gpu(
     return timed(run)
 
 
-def flag_zones_of_size(
-    zones: GpuArray, impact_offsets: GpuArray, more_than: int, at_most: int
-) -> GpuArray:
-    """Return (n,) b1: which of the zones have more impacts than one number, and at most another.
-
-    Args:
-        zones: (n,) i8.
-        impact_offsets: (n_zones + 1,) i8.
-        more_than: Impacts.
-        at_most: Impacts.
-    """
-    n = zones.shape[0]
-    flags = empty(n, np.bool_)
-    kernels.flag_zones_of_size[n](zones, impact_offsets, more_than, at_most, flags)
-    return flags
-
-
-def solve_chosen(
+def solve_all(
     constraints: GpuConstraints,
     members: Members,
-    chosen: GpuArray,
     thickness: float,
     options: Options,
     solution: GpuSolution,
 ) -> None:
-    """Solve some of the zones, and judge which of them are solved.
+    """Solve all zones.
 
     Args:
-        constraints: The constraints of all zones.
+        constraints: The constraints of the zones.
         members: Which zones the impacts and vertices belong to.
-        chosen: (n_zones,) b1, zones to solve.
         thickness: [m].
         options: An augmented-Lagrangian method or a preset, and the tolerances.
-        solution: Its entries of the chosen zones are written.
+        solution: Its multipliers and z are written.
     """
-    zones = flatnonzero(chosen)
-    if zones.shape[0] == 0:
-        return
-    variables = VariablesOnGpu(constraints, members, chosen, zones, thickness, options, MANY)
-    inputs, n_zones = variables.inputs, chosen.shape[0]
+    n_zones = solution.solved.shape[0]
+    variables = VariablesOnGpu(constraints, members, thickness, options, MANY)
     results = Results(
-        x=zeros((inputs.curvatures.shape[0],), np.float64),
+        x=zeros((variables.inputs.curvatures.shape[0],), np.float64),
         multipliers=zeros((constraints.rhs.shape[0],), np.float64),
         steps=empty(n_zones, np.int32),
         gaps=empty(n_zones, np.float64),
         violations=empty(n_zones, np.float64),
         trace=empty((n_zones, 0, 2), np.float64),
     )
-    solve_on_gpu(inputs, variables.settings, results, MANY)
+    solve_on_gpu(variables.inputs, variables.settings, results, MANY)
     variables.take_answers(results, solution)
-    tolerances = options.gap_tolerance, options.violation_tolerance * thickness
-    kernels.judge_zones[inputs.zones.shape[0]](
-        inputs.zones, results.gaps, results.violations, *tolerances, solution.solved
-    )
 
 
 def run_on_gpu(

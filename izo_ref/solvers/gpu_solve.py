@@ -1,16 +1,14 @@
-"""Solve zones on a GPU: small zones one a thread, others one a block or one by all blocks."""
-
-from dataclasses import replace
+"""Solve zones on a GPU: small zones one a thread, larger ones one a block."""
 
 import numpy as np
 
-from izo_ref.base.gpu_arrays import arange, empty, flatnonzero, full, last_of, offsets_of, take
+from izo_ref.base.gpu_arrays import empty, flatnonzero, full, last_of, offsets_of, take
 from izo_ref.base.options import LAGRANGIAN, Options
 from izo_ref.solvers.cuda import zones as kernels
-from izo_ref.solvers.gpu_augmented_lagrangian import MOST, flag_zones_of_size, solve_chosen
+from izo_ref.solvers.gpu_augmented_lagrangian import solve_all
 from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
+from izo_ref.solvers.gpu_pivoting import solve_in_blocks
 from izo_ref.solvers.interior_point import FARTHEST
-from izo_ref.solvers.presets import GPU_METHOD
 from izo_ref.solvers.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
 
 # Most impacts of a zone that one thread solves. It takes n^3 operations for n impacts, so with more
@@ -41,26 +39,30 @@ def solve_zones(
     if options.precision != "float64":
         return solution  # the CPU converts the arrays to float32
     if options.method == "auto" and options.preset is None:
-        _solve_small(constraints, thickness, options, n_zones, solution)
-        others = flag_zones_of_size(arange(n_zones), constraints.impact_offsets, SMALL, MOST)
-        options = replace(options, **GPU_METHOD)
-        solve_chosen(constraints, members, others, thickness, options, solution)
+        violation_m = options.violation_tolerance * thickness
+        never = full(1, False, np.bool_)
+        limits = Limits(options.gap_tolerance, violation_m, FARTHEST, never)
+        solve_small(constraints, limits, options, solution)
+        solve_in_blocks(constraints, min(SMALL, options.small_zone), limits, solution)
     elif options.method in LAGRANGIAN or options.preset is not None:
-        everything = full(n_zones, True, np.bool_)
-        solve_chosen(constraints, members, everything, thickness, options, solution)
+        solve_all(constraints, members, thickness, options, solution)
         # Accept the answer of any method that was asked for by name, as the CPU does.
-        solution = solution._replace(solved=everything)
+        solution = solution._replace(solved=full(n_zones, True, np.bool_))
     return solution
 
 
-def _solve_small(
-    constraints: GpuConstraints,
-    thickness: float,
-    options: Options,
-    n_zones: int,
-    solution: GpuSolution,
+def solve_small(
+    constraints: GpuConstraints, limits: Limits, options: Options, solution: GpuSolution
 ) -> None:
-    """Solve the small zones, one thread and one slot of work space a zone."""
+    """Solve the small zones, one thread and one slot of work space a zone.
+
+    Args:
+        constraints: The constraints of all zones.
+        limits: What counts as solved, with its array on the GPU.
+        options: Its largest small zone, and its rules.
+        solution: Its entries of these zones are written.
+    """
+    n_zones = solution.solved.shape[0]
     methods, small = empty(n_zones, np.int8), empty(n_zones, np.bool_)
     numbers, indices = empty(n_zones, np.int64), empty(n_zones, np.int64)
     offsets = constraints.impact_offsets, constraints.vertex_offsets
@@ -71,12 +73,11 @@ def _solve_small(
     if zones.shape[0] == 0:
         return
     number_starts, index_starts = (offsets_of(take(counts, zones)) for counts in (numbers, indices))
-    violation_m = options.violation_tolerance * thickness
     kernels.solve_small_zones[zones.shape[0]](
         zones,
         take(methods, zones),
         *constraints,
-        Limits(options.gap_tolerance, violation_m, FARTHEST, full(1, False, np.bool_)),
+        limits,
         number_starts,
         index_starts,
         solution.multipliers,

@@ -1,7 +1,6 @@
 """Zones of the loop in the variables of the augmented-Lagrangian methods, on a GPU, and back.
 
-`solvers/variables.py` does the same on the CPU. Here the arrays hold all zones side by side, and
-only the chosen ones are solved.
+`solvers/variables.py` does the same on the CPU. Here the arrays hold all zones side by side.
 """
 
 from typing import NamedTuple
@@ -11,6 +10,7 @@ import numpy as np
 from izo_ref.base.arrays import Floats, GpuArray
 from izo_ref.base.cuda.thread_group import shared_bytes
 from izo_ref.base.gpu_arrays import (
+    arange,
     copy,
     empty,
     flatnonzero,
@@ -41,13 +41,11 @@ class _Converted(NamedTuple):
 
 
 class VariablesOnGpu:
-    """The variables of the solver for chosen zones, and the way back to scaled variables.
+    """The variables of the solver for all zones, and the way back to scaled variables.
 
     Args:
         constraints: The constraints of all zones.
         members: Which zones the impacts and vertices belong to.
-        chosen: (n_zones,) b1, zones to solve.
-        zones: (n,) i8, the numbers of these zones.
         thickness: [m].
         options: An augmented-Lagrangian method or a preset, and the tolerances.
         n_threads: Threads of a block, for sums over a zone.
@@ -61,19 +59,18 @@ class VariablesOnGpu:
         self,
         constraints: GpuConstraints,
         members: Members,
-        chosen: GpuArray,
-        zones: GpuArray,
         thickness: float,
         options: Options,
         n_threads: int,
     ) -> None:
         """Convert the constraints and choose the parameters."""
-        self._constraints, self._members, self._chosen = constraints, members, chosen
+        self._constraints, self._members = constraints, members
         self._options, self._preset = options, preset_of(options)
-        self._kind, self._zones = _kind_of(self._preset), zones
-        self._n = chosen.shape[0]
+        self._kind = _kind_of(self._preset)
+        self._n = constraints.impact_offsets.shape[0] - 1
+        self._zones = arange(self._n)
         self._n_padded = last_of(constraints.vertex_offsets) + self._n
-        self._in_blocks = (self._zones.shape[0], n_threads, shared_bytes(n_threads))
+        self._in_blocks = (self._n, n_threads, shared_bytes(n_threads))
         self._scales, first_steps = self._scale_zones()
         converted = self._convert_constraints()
         entries, entry_starts = self._sort_entries(flatnonzero(converted.is_entry))
@@ -135,7 +132,6 @@ class VariablesOnGpu:
             *self._members[2:],
             self._scales,
             self._kind,
-            self._chosen,
             constraints.unknowns,
             constraints.rhs,
             constraints.lengths,
@@ -202,7 +198,7 @@ class VariablesOnGpu:
         return METHOD_PARAMETERS[self._options.method].penalties(self._options, coupling)
 
     def take_answers(self, results: Results, solution: GpuSolution) -> None:
-        """Write the answers of the chosen zones to a solution, in scaled variables.
+        """Write the answers to a solution, in scaled variables.
 
         Args:
             results: What the kernels have written.
@@ -212,7 +208,6 @@ class VariablesOnGpu:
         n_most = max(members.zone_of_impact.shape[0], members.zone_of_vertex.shape[0])
         answers = results.x, results.multipliers
         kernels.take_answers[n_most](
-            self._chosen,
             *members,
             self._constraints.lengths,
             self._scales,

@@ -75,9 +75,8 @@ METHOD_PARAMETERS = {
 }
 
 
-# The method of a GPU for zones that are too large for one thread. Of the augmented-Lagrangian
-# methods, this one reaches 1e-9 on all families of zones but one (reports/inner.html), in 4 to 88
-# steps.
+# The method of `solve_zone` on a GPU if none is named. Of the augmented-Lagrangian methods, this
+# one reaches 1e-9 on all families of zones but one (reports/inner.html), in 4 to 88 steps.
 GPU_METHOD: dict[str, Any] = {
     "method": "newton",
     "line_search": "exact",

@@ -7,9 +7,12 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import devices
 from izo_ref.base.options import LAGRANGIAN
+from izo_ref.loop import gpu_step
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
+from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
-from izo_ref.solvers.presets import GPU_METHOD, PRESETS
+from izo_ref.solvers.presets import PRESETS
+from izo_ref.solvers.solve import solve_system
 from tests.helpers.shapes import falling_sheet, pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
@@ -124,10 +127,11 @@ def test_a_spent_budget_ends_as_on_the_cpu(rng):
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
-def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch):
+@pytest.mark.parametrize(("limit", "value"), [("LARGEST", 1), ("MOST_ACTIVE", 0)])
+def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch, limit, value):
     monkeypatch.setattr(solve, "SMALL", 1)
-    monkeypatch.setattr(lagrangian, "MANY", 3)
-    monkeypatch.setitem(GPU_METHOD, "max_steps", 1)
+    monkeypatch.setattr(pivoting, "THREADS", 3)
+    monkeypatch.setattr(pivoting, limit, value)
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")
@@ -136,11 +140,27 @@ def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch)
     assert expected.left_to_cpu == 0
 
 
-@pytest.mark.parametrize(("name", "large"), [("sheets", 4096), ("pinned", 4096), ("pinned", 1)])
-def test_zones_of_one_block_or_all_blocks_end_near_the_cpu(rng, monkeypatch, name, large):
+def test_zones_that_are_left_start_from_their_last_solution(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
-    monkeypatch.setattr(lagrangian, "LARGE", large)
-    monkeypatch.setattr(lagrangian, "MANY", 3)
+    monkeypatch.setattr(pivoting, "LARGEST", 1)
+    scene, starts = two_sheets(rng, 3), []
+
+    def noted(system, options, **more):
+        starts.append(more["start"])
+        return solve_system(system, options, **more)
+
+    monkeypatch.setattr(gpu_step, "solve_system", noted)
+    options = Options(relinearize=0)
+    found = izo_ref.resolve(scene, 1e-3, "cuda", options)
+    assert found.left_to_cpu >= len(starts) > 1
+    assert max(start.max() for start in starts) > 0.0
+    assert min(start.min() for start in starts) == 0.0
+
+
+@pytest.mark.parametrize("name", ["sheets", "pinned"])
+def test_zones_of_one_block_end_near_the_cpu(rng, monkeypatch, name):
+    monkeypatch.setattr(solve, "SMALL", 1)
+    monkeypatch.setattr(pivoting, "THREADS", 3)
     scene, options = scenes(rng)[name], Options(relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)

@@ -9,7 +9,7 @@ from tests.helpers.shapes import random_problem, vertex_over_face
 from validation.__main__ import _parser
 from validation.report.cuda import page
 from validation.rows import read
-from validation.study import cuda
+from validation.study import cuda, zone_blocks
 from validation.study.parts import run_parts
 
 
@@ -36,7 +36,7 @@ def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
     assert row["gpu"] == "simulator"
     text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
-    assert text.count("Not measured yet.") == 5
+    assert text.count("Not measured yet.") == 6
 
 
 def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
@@ -52,6 +52,31 @@ def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
     assert "| 3 | simulator |" in text
+
+
+def test_zones_of_blocks_are_measured(tmp_path, monkeypatch):
+    for name, value in {
+        "RANDOM": (3,),
+        "STACKS": ((2, 3),),
+        "THREADS": (2,),
+        "SHARED_KIB": (4, 8),
+        "COPIES": 2,
+        "REPEATS": 1,
+    }.items():
+        monkeypatch.setattr(zone_blocks, name, value)
+    run_parts(cuda.PARTS, tmp_path / "rows", "blocks", print)
+    rows = read(tmp_path / "rows", "blocks")
+    assert [(row["zone"], row["shared_kib"]) for row in rows] == [
+        ("random", 4),
+        ("random", 8),
+        ("stack", 4),
+        ("stack", 8),
+    ]
+    for row in rows:
+        assert row["solved"]
+        assert row["all_same"]
+        assert max(row["gap"], row["violation"]) <= 1e-9
+    assert "| random | 3 |" in page(tmp_path / "rows", tmp_path).read_text()
 
 
 def test_launches_are_counted(tmp_path, monkeypatch):

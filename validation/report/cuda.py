@@ -8,7 +8,7 @@ from validation.report.catalogue import Headline
 from validation.report.tables import NOT_MEASURED, run_table, table, write_page
 from validation.rows import Columns, Row, read, runs_of
 
-PARTS = ("kernels", "detection", "zones", "steps", "launches", "memory")
+PARTS = ("kernels", "detection", "blocks", "zones", "steps", "launches", "memory")
 KERNELS: Columns = {
     "kernel": "kernel",
     "types": "types",
@@ -31,6 +31,24 @@ DETECTION: Columns = {
     "lower bound [ms]": "floor_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
+}
+BLOCKS: Columns = {
+    "zone": "zone",
+    "impacts": "impacts",
+    "active": "active",
+    "GPU": "gpu",
+    "threads": "threads",
+    "shared [KiB]": "shared_kib",
+    "solved": "solved",
+    "solves": "solves",
+    "relative gap": "gap",
+    "violation / thickness": "violation",
+    "one zone [ms]": "one_ms",
+    "100 zones [ms]": "many_ms",
+    "one zone by one thread [ms]": "thread_ms",
+    "all copies end alike": "all_same",
+    "CPU, one zone [ms]": "cpu_ms",
+    "CPU / one zone": "ratio",
 }
 ZONES: Columns = {
     "impacts": "impacts",
@@ -79,6 +97,11 @@ LOWER_BOUND = (
     "The lower bound is the time to move once all data that have to be moved, at the rate of a "
     "copy within the memory of the GPU."
 )
+BLOCKS_INTRO = (
+    "The times are those of the call, from the choice of the zones to the end of the kernel. This "
+    "table is what the constants of `izo_ref/solvers/gpu_pivoting.py` are to be chosen from, and "
+    "`SMALL` of `gpu_solve.py`."
+)
 # M. Tang et al. (2018), table of benchmarks: GTX 1080, float32
 ICLOTH = (
     "For comparison, I-Cloth's published figures, on a GTX 1080 in float32, are 66 to 654 ms for "
@@ -111,8 +134,12 @@ def page(rows_folder: Path, output: Path) -> Path:
         "## Detection: whether a GPU finds the same impacts, and how long it takes",
         LOWER_BOUND,
         _measured(DETECTION, rows["detection"]),
-        "## Zones: one zone in a call, by the semismooth Newton method",
-        "Zones of up to 4096 impacts are solved by one block of threads.",
+        "## Zones of the loop: one block a zone, by block pivoting",
+        BLOCKS_INTRO,
+        _measured(BLOCKS, rows["blocks"], "one_ms"),
+        "## Zones by the semismooth Newton method: one zone in a call",
+        "The loop uses this method if it is asked for by name. Zones of up to 4096 impacts are "
+        "solved by one block of threads, larger ones by all blocks.",
         _measured(ZONES, rows["zones"], "kernel_ms"),
         "## Whole steps",
         ICLOTH,

@@ -34,6 +34,7 @@ from validation.study import steps
 from validation.study.gpu_timing import copied_bytes_per_ms, counted_launches, event_ms, once_ms
 from validation.study.parts import Part, Say
 from validation.study.timing import measure
+from validation.study.zone_blocks import measure_blocks
 
 REPEATS = 5  # the median of these is taken, after a first call that does not count
 CPU_BUDGET_S, GPU_BUDGET_S = 5.0, 5.0  # for all calls of a step
@@ -201,6 +202,13 @@ def _zones(folder: Path, say: Say) -> None:
         say(f"zones: {n} impacts: {rows.all()[-1]['kernel_ms']:.3f} ms")
 
 
+def _blocks(folder: Path, say: Say) -> None:
+    """Solve zones by one block each, by the method that the loop uses."""
+    gpu = _gpu("blocks", say)
+    if gpu is not None:
+        measure_blocks(folder, gpu, say)
+
+
 def _launch_ms(inputs: Inputs, settings: Settings, results: Results) -> float:
     """Measure the time of the kernel alone, without copies to and from the GPU [ms]."""
     from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
@@ -299,6 +307,7 @@ def _differences(found: Sequence[GpuArray], expected: Impacts) -> dict[str, floa
 PARTS: dict[str, Part] = {
     "kernels": _kernels,
     "detection": _detection,
+    "blocks": _blocks,
     "zones": _zones,
     "steps": _steps,
     "launches": _launches,

@@ -1,13 +1,15 @@
-"""A view of flat memory as a matrix, for the CPU and for a GPU.
+"""Views of memory, for the CPU and for a GPU: flat memory as a matrix, and indices.
 
 numba's own `reshape` calls a C function, and a GPU does not have it.
 """
 
+import numpy as np
 from numba import types
 from numba.core import cgutils, config
 from numba.extending import intrinsic
 
-from izo_ref.base.arrays import AnyArray
+from izo_ref.base.arrays import AnyArray, AnyInt
+from izo_ref.base.compile import inlined
 
 
 def _matrix_in_python(flat: AnyArray, rows: int, columns: int) -> AnyArray:
@@ -43,3 +45,19 @@ def _matrix_compiled(context, flat, rows, columns):
 # (flat, rows, columns) -> a (rows, columns) view of the first numbers of a contiguous flat array
 # (n,), n >= rows * columns
 matrix_of = _matrix_in_python if config.DISABLE_JIT else _matrix_compiled
+
+# For sums with what `place` returns: numba makes the sum with a signed number signed.
+ONE, TWO, THREE, FOUR = np.uint32(1), np.uint32(2), np.uint32(3), np.uint32(4)
+
+
+@inlined
+def place(index: AnyInt) -> np.uint32:
+    """Return an index that is never negative as one that cannot be.
+
+    By a signed index, numba reads from the end of the array if it is negative. LLVM cannot always
+    prove that it is not, and a GPU then takes ten instructions for an address.
+
+    Args:
+        index: From 0 on, and less than 2^32.
+    """
+    return np.uint32(index)

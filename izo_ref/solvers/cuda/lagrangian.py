@@ -5,7 +5,7 @@ Source: XRTailor documentation, "Impact Zone Optimization", figure `gpu_architec
 
 from numba import cuda
 
-from izo_ref.base.arrays import Flags, Floats, Indices, Offsets
+from izo_ref.base.arrays import Floats
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
 from izo_ref.solvers.serial.descent import minimise_zone
@@ -44,39 +44,3 @@ def solve_lagrangian_by_grid(
         group = grid(parts_out)
         state = work_out.states[0, group.rank()]
         minimise_zone(inputs.zones[0], state, group, inputs, settings, results_out, work_out)
-
-
-@cuda_kernel
-def flag_zones_of_size(
-    # In:
-    zones: Indices,  # (n,) i8
-    impact_offsets: Offsets,  # (n_zones + 1,) i8
-    more_than: int,  # i8, impacts
-    at_most: int,  # i8, impacts
-    # Out:
-    flags_out: Flags,  # (n,) b1, whether the zone has more than one number and at most the other
-) -> None:
-    """Flag the zones whose number of impacts is in a range."""
-    i = cuda.grid(1)
-    if i < zones.shape[0]:
-        size = impact_offsets[zones[i] + 1] - impact_offsets[zones[i]]
-        flags_out[i] = more_than < size <= at_most
-
-
-@cuda_kernel
-def judge_zones(
-    # In:
-    zones: Indices,  # (n,) i8, zones to judge
-    gaps: Floats,  # (n_zones,) f8, relative duality gap
-    violations: Floats,  # (n_zones,) f8  [m]
-    gap_tolerance: float,  # f8
-    violation_tolerance: float,  # f8  [m]
-    # Out:
-    solved_out: Flags,  # (n_zones,) b1, written for these zones
-) -> None:
-    """Judge which zones are solved to the tolerances."""
-    i = cuda.grid(1)
-    if i < zones.shape[0]:
-        zone = zones[i]
-        holds = violations[zone] <= violation_tolerance
-        solved_out[zone] = holds and gaps[zone] <= gap_tolerance

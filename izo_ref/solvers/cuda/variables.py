@@ -72,7 +72,6 @@ def convert_constraints(
     inverse_sqrt_masses: Floats,  # (n_vertices,) f8  [kg^-1/2]
     scales: Floats,  # (n_zones,) f8
     variables: int,  # i8
-    chosen: Flags,  # (n_zones,) b1
     unknowns: Nodes,  # (n_impacts, 4) i4, -1 for pinned vertices
     rhs: Floats,  # (n_impacts,) f8  [m kg^1/2]
     lengths: Floats,  # (n_impacts,) f8  [kg^-1/2]
@@ -81,7 +80,7 @@ def convert_constraints(
     coefficients_out: Floats,  # (n_impacts, 4) f8, of unit rows on entry; of x, 0 for pinned ones
     starts_out: Floats,  # (n_impacts,) f8, constraints at x = 0
     metres_out: Floats,  # (n_impacts,) f8  [m], violation if a constraint is 1
-    is_entry_out: Flags,  # (4 n_impacts,) b1, an unpinned vertex of a chosen zone
+    is_entry_out: Flags,  # (4 n_impacts,) b1, an unpinned vertex
 ) -> None:
     """Convert constraints from scaled variables to those of the solver."""
     j = cuda.grid(1)
@@ -94,7 +93,7 @@ def convert_constraints(
             i = unknowns[j, k]
             is_unpinned = i >= 0
             nodes_out[j, k] = 3 * (i - first if is_unpinned else pinned)
-            is_entry_out[4 * j + k] = is_unpinned and chosen[zone]
+            is_entry_out[4 * j + k] = is_unpinned
             if not is_unpinned:
                 coefficients_out[j, k] = 0.0
             elif not is_scaled:
@@ -233,7 +232,6 @@ def find_zone_offsets(
 @cuda_kernel
 def take_answers(
     # In:
-    chosen: Flags,  # (n_zones,) b1
     zone_of_impact: Indices,  # (n_impacts,) i8
     zone_of_vertex: Indices,  # (n_unpinned,) i8
     vertices: Indices,  # (n_unpinned,) i8, vertices of the zones
@@ -247,13 +245,13 @@ def take_answers(
     multipliers_out: Multipliers,  # (n_impacts,) f8  [m kg^1/2]
     z_out: Floats,  # (3 n_unpinned,) f8  [m kg^1/2]
 ) -> None:
-    """Convert x and the multipliers of chosen zones back to scaled variables."""
+    """Convert x and the multipliers back to scaled variables."""
     i = cuda.grid(1)
-    if i < zone_of_impact.shape[0] and chosen[zone_of_impact[i]]:
+    if i < zone_of_impact.shape[0]:
         scale = scales[zone_of_impact[i]]
         factor = scale if variables == SCALED else lengths[i] / scale
         multipliers_out[i] = factor * multipliers[i]
-    if i < zone_of_vertex.shape[0] and chosen[zone_of_vertex[i]]:
+    if i < zone_of_vertex.shape[0]:
         zone = zone_of_vertex[i]
         scale = scales[zone] if variables == SCALED else 1.0 / inverse_sqrt_masses[vertices[i]]
         for axis in range(3):

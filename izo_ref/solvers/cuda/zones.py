@@ -126,3 +126,19 @@ def choose_methods(
         small_out[zone] = n <= largest
         work = work_of_small_zone(n, vertex_offsets[zone + 1] - vertex_offsets[zone])
         numbers_out[zone], indices_out[zone] = work
+
+
+@cuda_kernel
+def flag_zones_of_size(
+    # In:
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    more_than: int,  # i8, impacts
+    at_most: int,  # i8, impacts
+    # Out:
+    flags_out: Flags,  # (n_zones,) b1, zones with more than one number and at most the other
+) -> None:
+    """Flag the zones whose number of impacts is in a range."""
+    zone = cuda.grid(1)
+    if zone < flags_out.shape[0]:
+        size = impact_offsets[zone + 1] - impact_offsets[zone]
+        flags_out[zone] = more_than < size <= at_most
