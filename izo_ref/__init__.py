@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from izo_ref.loop.plan import Plan, plan
     from izo_ref.loop.resolve import Result, resolve
     from izo_ref.scene import Scene
+    from izo_ref.sequence.inspect import inspect_sequence
+    from izo_ref.sequence.inspection import Inspection
     from izo_ref.sequence.resolve import Frame, resolve_sequence
     from izo_ref.solvers.solve import solve_zone
     from izo_ref.zones.distance import distance_bound
@@ -41,6 +43,7 @@ __all__ = [
     "Exclusion",
     "Frame",
     "Impacts",
+    "Inspection",
     "IzoError",
     "Options",
     "PairState",
@@ -61,6 +64,7 @@ __all__ = [
     "distance_bound",
     "errors",
     "find_impacts",
+    "inspect_sequence",
     "plan",
     "residuals",
     "resolve",
@@ -88,6 +92,8 @@ _MODULES = {
     "loop.plan": ("Plan", "plan"),
     "loop.resolve": ("Result", "resolve"),
     "scene": ("Scene",),
+    "sequence.inspect": ("inspect_sequence",),
+    "sequence.inspection": ("Inspection",),
     "sequence.resolve": ("Frame", "resolve_sequence"),
     "solvers.solve": ("solve_zone",),
     "zones.distance": ("distance_bound",),

@@ -11,6 +11,7 @@ from izo_ref.app.cache import TASKS, clear, compile_everything, compiling_beside
 from izo_ref.app.conform_command import conform
 from izo_ref.app.files import check_outputs, load_result, load_scene, save_json, save_result
 from izo_ref.app.flags import scene_modes, with_flags
+from izo_ref.app.inspect_command import inspect
 from izo_ref.app.parser import command_parser
 from izo_ref.app.process import run_and_exit
 from izo_ref.app.summary import (
@@ -259,6 +260,7 @@ _RUNS: dict[str, Run] = {
     "certify": _certify,
     "demo": _demo,
     "sequence": _sequence,
+    "inspect": inspect,
     "conform": conform,
     "cache show": _show_cache,
     "cache clear": _clear_cache,

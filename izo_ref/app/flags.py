@@ -27,7 +27,7 @@ def add_scene_flags(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--weld",
         nargs="?",
-        type=_metres,
+        type=metres,
         const=0.0,
         metavar="METRES",
         help="treat vertices as one vertex that coincide at the start and at the end, as exporters "
@@ -41,7 +41,7 @@ def scene_modes(args: argparse.Namespace) -> dict[str, Any]:
     return {name: getattr(args, name) for name in ("initial_intersections", "prescribed", "weld")}
 
 
-def _metres(word: str) -> float:
+def metres(word: str) -> float:
     """Return the number that a word of the command line is."""
     try:
         return float(word)

@@ -6,6 +6,7 @@ from typing import TypeAlias
 from izo_ref.app.cache import TASKS
 from izo_ref.app.conform_command import add_conform
 from izo_ref.app.flags import add_scene_flags
+from izo_ref.app.inspect_command import add_inspect
 from izo_ref.app.vectors_command import stage_name
 from izo_ref.base.options import CHOICES, Options
 from izo_ref.porting.cases import GRADES
@@ -36,6 +37,7 @@ def command_parser() -> argparse.ArgumentParser:
         metavar="OUT.npz",
         help="result whose end positions are certified; the proposed positions if it is left out",
     )
+    add_inspect(commands)
     _add_sequence(commands)
     add_conform(commands)
     _add_cache(commands)

@@ -32,12 +32,18 @@ class SortedStart(NamedTuple):
     touching: TouchingPairs | None
 
 
-class _Told(NamedTuple):
-    """What the mesh tells about each pair that touches."""
+class Told(NamedTuple):
+    """What the mesh tells about each pair that touches.
 
-    sides: Codes  # (n,) i1, values of `Side`
-    weights: Weights  # (n, 4) f8, of the point of contact
-    normals: Normals  # (n, 3) f8, zero where no side is told
+    Attributes:
+        sides: (n,) i1, values of `Side`.
+        weights: (n, 4) f8, of the point of contact.
+        normals: (n, 3) f8, zero where no side is told.
+    """
+
+    sides: Codes
+    weights: Weights
+    normals: Normals
 
 
 def sort_start(
@@ -52,14 +58,9 @@ def sort_start(
         prescribed: (n_vertices,) b1, vertices whose pairs with each other are left out in any case;
             None if there are none.
     """
-    told = _tell_sides(positions, faces, found.touching)
+    told = tell_sides(positions, faces, found.touching)
     fives = pairs_of_crossings(found.crossing_edges, found.crossed_faces)
-    touching = found.touching_pairs_of_contacts()
-    crossing = np.append(told.sides == Side.CROSSING, False)  # the last for an index of -1
-    through = (touching < 0).all(axis=1) | crossing[touching].any(axis=1)
-    lost = np.zeros(len(crossing), bool)
-    lost[touching[through]] = True
-    lost = lost[:-1] | crossing[:-1]
+    touching, through, lost = contacts_through(found, told)
     kept = ~lost & (told.sides == Side.TOLD)
     if prescribed is not None:
         kept &= ~prescribed[found.touching.nodes].all(axis=1)
@@ -74,9 +75,36 @@ def sort_start(
     )
 
 
-def _tell_sides(positions: Positions, faces: Faces, touching: Pairs) -> _Told:
+def contacts_through(found: Intersections, told: Told) -> tuple[Ints, Flags, Flags]:
+    """Return which contacts of edges and faces go through, and which touching pairs belong to them.
+
+    Args:
+        found: The intersections of a mesh.
+        told: What the mesh tells about the pairs of them that touch.
+
+    Returns:
+        (n, 5) i4, which pairs of each edge and the face that it meets touch, as
+        `touching_pairs_of_contacts` returns them; (n,) b1, whether the two go through each other;
+        and (m,) b1, whether each pair that touches is one of theirs, or goes through itself.
+    """
+    touching = found.touching_pairs_of_contacts()
+    crossing = np.append(told.sides == Side.CROSSING, False)  # the last for an index of -1
+    through = (touching < 0).all(axis=1) | crossing[touching].any(axis=1)
+    lost = np.zeros(len(crossing), bool)
+    lost[touching[through]] = True
+    return touching, np.asarray(through), lost[:-1] | crossing[:-1]
+
+
+def tell_sides(positions: Positions, faces: Faces, touching: Pairs) -> Told:
+    """Return what the mesh tells about each pair that touches.
+
+    Args:
+        positions: (n_vertices, 3) f8 [m].
+        faces: (n_faces, 3) i4.
+        touching: Pairs that touch.
+    """
     n = len(touching.nodes)
-    told = _Told(np.full(n, Side.UNTOLD, np.int8), np.zeros((n, 4)), np.zeros((n, 3)))
+    told = Told(np.full(n, Side.UNTOLD, np.int8), np.zeros((n, 4)), np.zeros((n, 3)))
     sides = Sides(positions, faces, touching.nodes)
     for i, is_edge_edge in enumerate(touching.is_edge_edge.tolist()):
         contact = sides.contact(is_edge_edge, touching.nodes[i].tolist())
@@ -88,7 +116,7 @@ def _tell_sides(positions: Positions, faces: Faces, touching: Pairs) -> _Told:
     return told
 
 
-def _kept(found: Intersections, told: _Told, kept: Flags, touching: Ints) -> TouchingPairs:
+def _kept(found: Intersections, told: Told, kept: Flags, touching: Ints) -> TouchingPairs:
     """Return the touching pairs that are kept, and the edges and faces that touch by them alone.
 
     An edge and a face that also touch by a pair that is left out may go through each other there.
