@@ -6,14 +6,15 @@ import argparse
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from izo_ref.app.animation_input import AnimationInput
 from izo_ref.base import checks
 from izo_ref.base.archives import names_in, read_archive
 from izo_ref.base.arrays import Faces, Flags, Indices, Positions
-from izo_ref.base.errors import FileFormatError, IzoError, OptionError, ShapeError
+from izo_ref.base.errors import FileFormatError, IzoError
 from izo_ref.base.values import plain_text
 from izo_ref.detection.components import MeshComponents
 from izo_ref.formats.animation import Animation, Mesh, open_animation, triangles
@@ -92,45 +93,22 @@ class Inspected:
     def __init__(self, args: argparse.Namespace) -> None:
         """Open the files."""
         self.path = Path(args.input)
-        self._own = _opened(self.path, args.topology)
-        self.is_step = isinstance(self._own, _Step)
-        self._obstacle = None if args.obstacle is None else open_animation(args.obstacle)
-        self.precision = self._own.precision
-        self.first, self.last = self._range(args.start, args.stop)
-        pinned = [_pinned(self._own, args.pin)]
-        own = triangles(self._own.meshes)
-        groups, names = _named_parts(self._own, own)
-        faces = [own]
-        if self._obstacle is not None:
-            n = sum(mesh.n_vertices for mesh in self._obstacle.meshes)
-            more = triangles(self._obstacle.meshes)
-            others, more_names = _named_parts(self._obstacle, more)
-            faces.append(more + np.int32(len(groups)))
+        own: Any = _opened(self.path, args.topology)
+        self._read = read = AnimationInput(own, args.obstacle, args.pin, args.start, args.stop)
+        self.is_step, self.precision = isinstance(own, _Step), own.precision
+        self.first, self.last = read.first, read.last
+        self.faces: Faces = read.faces()
+        self.pinned: Flags = read.pinned()
+        if isinstance(own, _Step):
+            self.pinned[: read.n_own] |= own.pinned
+        groups, names = _named_parts(own, self.faces[: len(triangles(own.meshes))])
+        if read.obstacle is not None:
+            others, more = _named_parts(read.obstacle, triangles(read.obstacle.meshes))
             groups = np.concatenate((groups, others + len(names)))
-            clashes = {*names} & {*more_names}
-            names += [f"{name} (obstacle)" if name in clashes else name for name in more_names]
-            pinned.append(np.ones(n, bool))
-        self.faces: Faces = np.concatenate(faces)
-        self.pinned: Flags = np.concatenate(pinned)
+            clashes = {*names} & {*more}
+            names += [f"{name} (obstacle)" if name in clashes else name for name in more]
         self.part_of: Indices = groups
         self.parts = _parts(names, groups, self.pinned)
-
-    def _range(self, start: int | None, stop: int | None) -> tuple[int, int]:
-        """Return the first and the last frame, after a check of them and of the obstacle."""
-        n = self._own.n_frames
-        first, last = 0 if start is None else start, n - 1 if stop is None else stop
-        if not 0 <= first <= last < n:
-            raise OptionError(
-                f"expected --start and --stop from 0 to {n - 1}, the first no larger than the "
-                f"second; found {first} and {last}"
-            )
-        obstacle = self._obstacle
-        if obstacle is not None and obstacle.n_frames not in (1, n):
-            raise ShapeError(
-                f"{obstacle.path}: expected one frame or {n}, as many as {self.path} has; found "
-                f"{obstacle.n_frames}"
-            )
-        return first, last
 
     def frame(self, number: int) -> Positions:
         """Read a frame with the obstacle, (n, 3) f8 [m].
@@ -138,15 +116,11 @@ class Inspected:
         Args:
             number: From 0 on.
         """
-        own = self._own.frame(number)
-        if self._obstacle is None:
-            return own
-        other = self._obstacle.frame(min(number, self._obstacle.n_frames - 1))
-        return np.concatenate((own, other))
+        return self._read.frame(number)
 
     def frames(self) -> Iterator[Positions]:
         """Read the frames that are inspected, one after the other."""
-        return map(self.frame, range(self.first, self.last + 1))
+        return self._read.frames()
 
 
 def _opened(path: Path, topology: str | None) -> Animation | _Step:
@@ -156,24 +130,6 @@ def _opened(path: Path, topology: str | None) -> Animation | _Step:
         if "positions" not in names and {"positions_t0", "positions_t1"} & {*names}:
             return _Step(path)
     return open_animation(path, topology)
-
-
-def _pinned(own: Animation | _Step, pins: list[str]) -> Flags:
-    """Return which vertices are pinned, in the file or by the names of their meshes, (n,) b1."""
-    names = {mesh.name for mesh in own.meshes}
-    unknown = sorted({*pins} - names)
-    if unknown:
-        raise OptionError(
-            f"--pin: expected names of meshes, which are {', '.join(sorted(names))}; found "
-            f"{unknown[0]}"
-        )
-    pinned = np.zeros(sum(mesh.n_vertices for mesh in own.meshes), bool)
-    if isinstance(own, _Step):
-        pinned |= own.pinned
-    for mesh in own.meshes:
-        if mesh.name in pins:
-            pinned[mesh.first : mesh.first + mesh.n_vertices] = True
-    return pinned
 
 
 def _named_parts(animation: Animation | _Step, faces: Faces) -> tuple[Indices, list[str]]:

@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
+from izo_ref.app.animation_input import AnimationInput
 from izo_ref.app.files import check_outputs, save_json
 from izo_ref.app.flags import scene_modes
 from izo_ref.app.frame_progress import Display, Progress, Tell
 from izo_ref.app.kept_frames import KeptFrames, digest_of
-from izo_ref.base.arrays import Faces, Flags, Positions
-from izo_ref.base.errors import FileFormatError, OptionError, ShapeError
+from izo_ref.base.arrays import Positions
+from izo_ref.base.errors import FileFormatError
 from izo_ref.base.records import Status
-from izo_ref.formats.animation import Animation, open_animation, triangles
+from izo_ref.formats.animation import Animation, open_animation
 from izo_ref.sequence.resolve import Frame, resolve_sequence
 from izo_ref.version import __version__
 
@@ -100,26 +101,9 @@ class _Input:
     def __init__(self, args: argparse.Namespace) -> None:
         self._args = args
         self._own: Animation = open_animation(args.animation, args.topology)
-        self._obstacle = None if args.obstacle is None else open_animation(args.obstacle)
-        self.first, self.last = self._range(args.start, args.stop)
-        self._n_own = sum(mesh.n_vertices for mesh in self._own.meshes)
+        self._read = AnimationInput(self._own, args.obstacle, args.pin, args.start, args.stop)
+        self.first, self.last, self._n_own = self._read.first, self._read.last, self._read.n_own
         self._is_exact: bool = getattr(self._own, "is_exact", True)
-
-    def _range(self, start: int | None, stop: int | None) -> tuple[int, int]:
-        n = self._own.n_frames
-        first, last = 0 if start is None else start, n - 1 if stop is None else stop
-        if not 0 <= first <= last < n:
-            raise OptionError(
-                f"expected --start and --stop from 0 to {n - 1}, the first no larger than the "
-                f"second; found {first} and {last}"
-            )
-        obstacle = self._obstacle
-        if obstacle is not None and obstacle.n_frames not in (1, n):
-            raise ShapeError(
-                f"{obstacle.path}: expected one frame or {n}, as many as {self._own.path} has; "
-                f"found {obstacle.n_frames}"
-            )
-        return first, last
 
     def about(self) -> dict[str, Any]:
         """Return what the run is about, as JSON."""
@@ -134,34 +118,6 @@ class _Input:
             **{name: getattr(args, name) for name in (*names, "prescribed", "weld")},
         }
 
-    def _mesh(self) -> tuple[Faces, Flags]:
-        """Return the faces, and which vertices are pinned: those of obstacles and named meshes."""
-        faces, pinned = [triangles(self._own.meshes)], [np.zeros(self._n_own, bool)]
-        names = {mesh.name for mesh in self._own.meshes}
-        unknown = sorted(set(self._args.pin) - names)
-        if unknown:
-            raise OptionError(
-                f"--pin: expected names of meshes, which are {', '.join(sorted(names))}; found "
-                f"{unknown[0]}"
-            )
-        for mesh in self._own.meshes:
-            if mesh.name in self._args.pin:
-                pinned[0][mesh.first : mesh.first + mesh.n_vertices] = True
-        if self._obstacle is not None:
-            faces.append(triangles(self._obstacle.meshes) + np.int32(self._n_own))
-            n = sum(mesh.n_vertices for mesh in self._obstacle.meshes)
-            pinned.append(np.ones(n, bool))
-        return np.concatenate(faces), np.concatenate(pinned)
-
-    def _frames(self, first: int) -> Iterator[Positions]:
-        """Read the frames from a number on, with the obstacle."""
-        for number in range(first, self.last + 1):
-            own = self._own.frame(number)
-            if self._obstacle is not None:
-                other = self._obstacle.frame(min(number, self._obstacle.n_frames - 1))
-                own = np.concatenate((own, other))
-            yield own
-
     def progress(self, done: int, impacts: int) -> Progress:
         """Return how far the sequence is with so many frames and impacts."""
         frame = self.first + done - 1 if done else None
@@ -173,23 +129,23 @@ class _Input:
 
     def resolve(self, kept: KeptFrames) -> Iterator[tuple[int, Frame, float]]:
         """Resolve the frames that are not kept yet; yield number, frame and seconds of each."""
-        args, (faces, pinned) = self._args, self._mesh()
+        args, read = self._args, self._read
         n_kept, thickness = kept.count_from(self.first), args.thickness
         if n_kept == self.last - self.first + 1:
             return
         begin = self.first + max(n_kept - 1, 0)
-        frames, proposed = self._frames(begin), None
+        frames, proposed = read.frames(begin), None
         if n_kept:
             last = kept.read(begin)
             thickness = last.report["thickness"] or thickness
-            frames = _with_first(last.positions, self._frames(begin + 1))
+            frames = _with_first(last.positions, read.frames(begin + 1))
             if args.pull > 0.0 and last.report["reached"] == 1.0:
-                proposed = next(self._frames(begin))
+                proposed = read.frame(begin)
         resolved = resolve_sequence(
             frames,
-            faces,
+            read.faces(),
             None,
-            pinned,
+            read.pinned(),
             thickness=thickness,
             device=args.device,
             precision=self._own.precision if self._is_exact else self._as_written,

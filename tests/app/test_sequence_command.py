@@ -24,6 +24,20 @@ def run(*words):
     return main([str(word) for word in words])
 
 
+def stop_after(last, monkeypatch):
+    """Interrupt the command after a frame is kept; return the list of the frames that are."""
+    resolved, write = [], KeptFrames.write
+
+    def write_and_stop(self, number, positions, report):
+        resolved.append(number)
+        write(self, number, positions, report)
+        if number == last:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(KeptFrames, "write", write_and_stop)
+    return resolved
+
+
 @pytest.fixture
 def sheets(rng, tmp_path):
     """Write a sheet that falls through another one, and the two apart; return the folder."""
@@ -63,15 +77,7 @@ def test_the_animation_is_resolved_and_written_as_it_was_read(sheets, capsys):
 
 def test_a_run_that_is_stopped_goes_on_at_the_last_whole_frame(sheets, monkeypatch):
     assert run("sequence", sheets / "both.npz", "-o", sheets / "whole.npz") == 0
-    resolved, write = [], KeptFrames.write
-
-    def stop_after_3(self, number, positions, report):
-        resolved.append(number)
-        write(self, number, positions, report)
-        if number == 3:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(KeptFrames, "write", stop_after_3)
+    resolved = stop_after(3, monkeypatch)
     words = "sequence", sheets / "both.npz", "-o", sheets / "out.npz"
     with pytest.raises(KeyboardInterrupt):
         run(*words)
@@ -133,14 +139,7 @@ def test_what_is_tangled_is_pulled_apart_and_a_stopped_run_goes_on(tmp_path, mon
     assert crossings[-1] == 0
     said = f"edges that go through faces: {crossings[0]} at the start, 0 at the end"
     assert said in capsys.readouterr().out
-    line = sequence_command._line
-
-    def stop_at_3(report, last):
-        if report["frame"] == 3:
-            raise KeyboardInterrupt
-        return line(report, last)
-
-    monkeypatch.setattr(sequence_command, "_line", stop_at_3)
+    stop_after(3, monkeypatch)
     with pytest.raises(KeyboardInterrupt):
         run(*words, "-o", tmp_path / "out.npz")
     monkeypatch.undo()

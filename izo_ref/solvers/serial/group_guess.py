@@ -13,11 +13,10 @@ from izo_ref.base.serial.views import place
 from izo_ref.solvers.serial.group_memory import Memory
 from izo_ref.solvers.serial.group_zone import Zone, product, pull, row_sum
 
-# Measured on the 366 zones of 33 to 512 impacts of armadillo-rollers, cloth-ball-clean and
+# Measured on all 366 zones of 33 to 512 impacts of armadillo-rollers, cloth-ball-clean and
 # sphere-10k. With 30 steps, they take 4.1, 5.6 and 21 solves on average, and 5 of the 22 zones of
 # sphere-10k are not solved. All are solved with 100 steps (2.3, 3.4 and 12 solves), with 200 (2.0,
-# 2.4 and 9.0) and with 400 (1.7, 2.0 and 9.4). A step waits twice, as two columns of a
-# factorisation do.
+# 2.4 and 9.0) and with 400 (1.7, 2.0 and 9.4). A step waits twice, as two columns of a factor do.
 GUESS_STEPS = 200
 
 
