@@ -127,7 +127,7 @@ def _add_check(commands: "Subparsers") -> None:
     sub.add_argument("--result", metavar="OUT.npz", help=help_)
     sub.add_argument("--thickness", type=float, metavar="D", help="[m], for izo_ref.resolve")
     sub.add_argument("--json", metavar="F", help="write the verdict to a JSON file")
-    help_ = "write a page with pictures of what is wrong"
+    help_ = "write a page that shows the step in 3D, with what is wrong"
     sub.add_argument("--html", metavar="F", help=help_)
     help_ = "other results, whose objectives are compared"
     sub.add_argument("--known", nargs="*", default=(), metavar="OUT.npz", help=help_)

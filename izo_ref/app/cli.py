@@ -197,12 +197,13 @@ def _demo(args: Arguments) -> int:
     from izo_ref.app.demo import write_demo
 
     with _progress() as tick:
-        compile_everything()
-        result, page = write_demo(
-            args.output, lambda row: tick(f"{row.found} impacts, {row.zones} zones")
+        done = write_demo(
+            args.output,
+            lambda row: tick(f"{row.found} impacts, {row.zones} zones"),
+            compile_everything,
         )
-    _say(f"{result.status.name}: {result.status.value}", f"page: {page}")
-    return _exit_code(result.certificate)
+    _say(*done.lines())
+    return _exit_code(done.result.certificate)
 
 
 def _sequence(args: Arguments) -> int:
@@ -214,6 +215,13 @@ def _sequence(args: Arguments) -> int:
 
     (args.animation,) = args.animation
     return sequence(args)
+
+
+def _view(args: Arguments) -> int:
+    from izo_ref.app.view_command import view
+
+    with _progress() as tick:
+        return view(args, tick)
 
 
 def _say(*lines: str) -> None:
@@ -260,6 +268,7 @@ _RUNS: dict[str, Run] = {
     "certify": _certify,
     "demo": _demo,
     "sequence": _sequence,
+    "view": _view,
     "inspect": inspect,
     "conform": conform,
     "cache show": _show_cache,

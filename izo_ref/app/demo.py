@@ -1,23 +1,33 @@
 """A scene of our own, resolved, checked and shown on a page that needs no network."""
 
-import html
-import io as text_io
-from collections.abc import Callable, Iterable
+import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.app.files import FilePath, make_folder, replacing
-from izo_ref.app.picture import draw
-from izo_ref.base.arrays import AnyArray, AnyInts, Flags, Floats, Positions
+from izo_ref.app.files import FilePath, make_folder, save_text
+from izo_ref.app.view.model import Table, View
+from izo_ref.app.view.of_result import history_table, zones_table
+from izo_ref.app.view.of_step import (
+    certificate_table,
+    path_side,
+    proposed_side,
+    result_rows,
+    scene_rows,
+    view_of_sides,
+)
+from izo_ref.app.view.page import view_page
+from izo_ref.base.arrays import AnyInts, Positions
+from izo_ref.base.compile import anything_compiled
+from izo_ref.detection.find import find_impacts
 from izo_ref.detection.intersections import find_intersections
 from izo_ref.loop.iterate import Iteration
 from izo_ref.loop.resolve import Result, resolve
 from izo_ref.scene import Scene
 
-# red, green and blue of the sphere, the sheet and the second sheet
-COLORS = np.array([[150, 155, 160], [70, 125, 200], [235, 160, 60]])
-CROSSING = np.array([210, 30, 45])  # color of faces that intersect
+PARTS = ("sphere", "sheet", "second sheet")
 CLOTH_KG_PER_M2 = 0.2
 THICKNESS_M = 4e-3  # the thickness of a towel, so that the gap can be seen
 
@@ -92,157 +102,102 @@ def _sphere(radius: float, rings: int, columns: int) -> tuple[Positions, AnyInts
     return positions, np.concatenate((*bands, top, bottom))
 
 
+class Demo(NamedTuple):
+    """What the demo did.
+
+    Attributes:
+        result: The result.
+        page: The page.
+        was_compiled: Whether compiled code was there already, and had to be loaded only.
+        preparing_s: Time for compiling, or for loading what was compiled [s].
+        resolving_s: Time for resolving the step, once everything is compiled and loaded [s].
+    """
+
+    result: Result
+    page: Path
+    was_compiled: bool
+    preparing_s: float
+    resolving_s: float
+
+    def lines(self) -> list[str]:
+        """Return what the command says."""
+        what = "loading compiled code" if self.was_compiled else "compiling, only the first time"
+        result = self.result
+        return [
+            f"{what}: {self.preparing_s:.1f} s",
+            f"resolving: {self.resolving_s:.2f} s",
+            f"{result.status.name}: {result.status.value}",
+            f"page: {self.page}",
+        ]
+
+
 def write_demo(
-    folder: FilePath, on_iteration: Callable[[Iteration], object] | None = None
-) -> tuple[Result, Path]:
+    folder: FilePath,
+    on_iteration: Callable[[Iteration], object] | None = None,
+    prepare: Callable[[], object] = lambda: None,
+) -> Demo:
     """Resolve the scene and write the page.
 
+    The step is resolved twice: the first run compiles or loads what it calls, the second one is
+    measured. So the page says what a step takes in a program that has run one before.
+
     Args:
-        folder: Folder to write `index.html`, two 3D views and two pictures to; it is created if
-            there is none.
+        folder: Folder to write `index.html` to; it is created if there is none.
         on_iteration: Function that is called with the record of each iteration as it ends.
+        prepare: Function that compiles, before the first run.
 
     Returns:
-        The result, and the path of the page.
+        What was done.
 
     Raises:
-        FileFormatError: A file cannot be written.
+        FileFormatError: The file cannot be written.
     """
     folder = Path(folder)
     make_folder(folder)
-    scene, face_body = demo_scene()
+    scene, _ = demo_scene()
+    was_compiled, begin = anything_compiled(), time.perf_counter()
+    prepare()
+    resolve(scene, THICKNESS_M)
+    preparing = time.perf_counter() - begin
+    begin = time.perf_counter()
     result = resolve(scene, THICKNESS_M, on_iteration=on_iteration)
-    crossing: dict[str, int] = {}
-    for name, positions in (("before", scene.positions_t1), ("after", result.positions)):
-        faces, crossing[name] = _crossing_faces(positions, scene)
-        colors = np.where(faces[:, None], CROSSING, COLORS[face_body])
-        with replacing(folder / f"{name}.png") as file:
-            draw(positions, scene.faces, colors, file, frame=scene.positions_t1)
-        with replacing(folder / f"{name}.html") as file:
-            file.write(_view(positions, scene.faces, colors).encode())
-    with replacing(folder / "index.html") as file:
-        file.write(_page(scene, result, crossing).encode())
-    return result, folder / "index.html"
+    done = Demo(result, folder / "index.html", was_compiled, preparing, time.perf_counter() - begin)
+    save_text(done.page, view_page(_view(scene, done)))
+    return done
 
 
-def _crossing_faces(positions: Positions, scene: Scene) -> tuple[Flags, int]:
-    """Find the faces that intersect at some positions.
-
-    Returns:
-        (m,) b1, faces in an intersection, and the number of edges that go through faces.
-    """
-    found = find_intersections(positions, scene.edges, scene.faces)
-    hit = np.zeros(len(positions), bool)
-    hit[found.pairs().nodes] = True
-    return np.all(hit[scene.faces], axis=1), found.n_found
-
-
-def _view(positions: Floats, faces: AnyInts, colors: AnyArray) -> str:
-    """Return a page that shows the mesh in 3D, to be turned with the mouse; scripts are inside."""
-    import trimesh
-    from trimesh.viewer.notebook import scene_to_html
-
-    bright = np.minimum(1.6 * colors, 255)  # because the light of the viewer is dim
-    rgba = np.column_stack((bright, np.full(len(colors), 255))).astype(np.uint8)
-    upright = positions[:, [0, 2, 1]] * (1.0, 1.0, -1.0)  # because y is up in the viewer
-    mesh = trimesh.Trimesh(upright, faces, face_colors=rgba, process=False)
-    scene = trimesh.Scene(mesh)
-    rotation = trimesh.transformations.rotation_matrix
-    turned = rotation(np.radians(25.0), (0, 1, 0)) @ rotation(np.radians(-28.0), (1, 0, 0))
-    scene.camera_transform = scene.camera.look_at(upright, rotation=turned, distance=2.2)
-    return scene_to_html(scene)
-
-
-def _page(scene: Scene, result: Result, crossing: dict[str, int]) -> str:
-    """Return the page with pictures, 3D views and tables."""
-    c = result.certificate
-    sizes = np.diff(result.zones.impact_offsets)
-    gap = max((r.gap for r in result.residuals), default=0.0)
-    violation = max((r.violation for r in result.residuals), default=0.0)
-    done = [
-        ("Triangles", f"{len(scene.faces):,}"),
-        (
-            "Vertices, and how many of them are pinned",
-            f"{len(scene.pinned):,}, {int(scene.pinned.sum()):,}",
-        ),
-        ("Thickness", f"{1e3 * result.thickness:.4g} mm"),
-        ("Edges through faces, before and after", f"{crossing['before']:,}, {crossing['after']:,}"),
-        ("Impacts in zones", f"{len(result.impacts.toi):,}"),
-        (
-            "Zones, and impacts in the largest zone",
-            f"{len(result.zones):,}, {sizes.max(initial=0):,}",
-        ),
-        ("Detections", f"{len(result.history)}"),
-        ("Objective, sum m |x - y|² / sum m", f"{result.objective:.4e} m²"),
-        ("Time", f"{result.timings['total']:.2f} s"),
+def _view(scene: Scene, done: Demo) -> View:
+    """Return what the page shows."""
+    result, impacts = done.result, find_impacts(scene)
+    sides = [
+        proposed_side(scene, impacts),
+        path_side("Resolved", scene, result.positions, result.certificate),
     ]
-    certified = [
-        ("Status", result.status.name),
-        ("Candidate pairs of the path", f"{c.candidates:,}"),
-        ("Proved apart", f"{c.candidates - len(c.meeting_toi):,}"),
-        ("Pairs decided by exact arithmetic", f"{c.exact:,}"),
-        ("Largest relative duality gap of a zone", f"{gap:.1e}"),
-        ("Largest violation, as a fraction of the thickness", f"{violation:.1e}"),
+    crossing = [
+        find_intersections(positions, scene.edges, scene.faces).n_found
+        for positions in (scene.positions_t1, result.positions)
     ]
-    return PAGE.format(
-        meaning=html.escape(result.status.value), done=_table(done), certified=_table(certified)
+    what = "loading compiled code" if done.was_compiled else "compiling, only the first time"
+    step = [
+        *scene_rows(scene, impacts),
+        ("Edges through faces, before and after", f"{crossing[0]:,}, {crossing[1]:,}"),
+        *result_rows(scene, result.positions, result.thickness),
+        (f"Time for {what}", f"{done.preparing_s:.1f} s"),
+        ("Time for resolving", f"{done.resolving_s:.2f} s"),
+    ]
+    tables = [
+        Table("The step", (), step),
+        certificate_table(result.certificate),
+        zones_table(result),
+        history_table(result),
+    ]
+    return view_of_sides(
+        title="A sheet falls onto a sphere and onto a second sheet",
+        scene=scene,
+        sides=sides,
+        in_zones=result.impacts,
+        verdict=f"{result.status.name}: {result.status.value}",
+        passed=result.certificate.free,
+        tables=tables,
+        parts=PARTS,
     )
-
-
-def _table(rows: Iterable[tuple[str, str]]) -> str:
-    """Return the rows of a table in HTML."""
-    out = text_io.StringIO()
-    for name, value in rows:
-        out.write(f"<tr><th>{html.escape(name)}</th><td>{html.escape(value)}</td></tr>\n")
-    return out.getvalue()
-
-
-PAGE = """<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>izo_ref: a step, resolved and certified</title>
-<style>
-body {{ font: 16px/1.5 system-ui, sans-serif; color: #222; max-width: 1100px;
-  margin: 0 auto; padding: 1rem; }}
-.pair {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(20rem, 1fr)); gap: 1rem; }}
-figure {{ margin: 0; }}
-figure img, iframe {{ width: 100%; border: 1px solid #ddd; box-sizing: border-box; }}
-iframe {{ aspect-ratio: 3 / 2; }}
-table {{ border-collapse: collapse; width: 100%; }}
-th {{ text-align: left; font-weight: normal; color: #555; }}
-td {{ text-align: right; font-variant-numeric: tabular-nums; }}
-th, td {{ border-bottom: 1px solid #eee; padding: .25rem 0; }}
-</style>
-</head>
-<body>
-<h1>A step, resolved and certified</h1>
-<p>A sheet falls onto a sphere and onto a second sheet. At the proposed end positions it goes
-through both; the red faces intersect. The resolved positions are the closest ones, weighted by
-mass, that the constraints of the impacts allow. The path from the start to them is proved free of
-contact. {meaning}</p>
-<div class="pair">
-<figure><img src="before.png" alt="Proposed positions: the sheets and the sphere cross">
-<figcaption>Proposed end positions</figcaption></figure>
-<figure><img src="after.png" alt="Resolved positions: nothing crosses">
-<figcaption>Resolved</figcaption></figure>
-</div>
-<h2>In 3D</h2>
-<p>Turn the views with the mouse, and zoom with the wheel.</p>
-<div class="pair">
-<figure><iframe src="before.html" title="Proposed, in 3D"></iframe>
-<figcaption>Proposed</figcaption></figure>
-<figure><iframe src="after.html" title="Resolved, in 3D"></iframe>
-<figcaption>Resolved</figcaption></figure>
-</div>
-<div class="pair">
-<section><h2>What was done</h2><table>
-{done}</table></section>
-<section><h2>What is certified</h2><table>
-{certified}</table></section>
-</div>
-<p>Made by <code>izo demo</code>.</p>
-</body>
-</html>
-"""

@@ -8,6 +8,7 @@ from izo_ref.app.conform_command import add_conform
 from izo_ref.app.flags import add_scene_flags
 from izo_ref.app.inspect_command import add_inspect
 from izo_ref.app.vectors_command import stage_name
+from izo_ref.app.view_command import add_view
 from izo_ref.base.options import CHOICES, Options
 from izo_ref.porting.cases import GRADES
 from izo_ref.porting.stages import STAGES
@@ -39,6 +40,7 @@ def command_parser() -> argparse.ArgumentParser:
     )
     add_inspect(commands)
     _add_sequence(commands)
+    add_view(commands)
     add_conform(commands)
     _add_cache(commands)
     _add_vectors(commands)

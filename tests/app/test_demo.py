@@ -1,13 +1,18 @@
-"""The demo: its scene, its page and its pictures."""
+"""The demo: its scene, its page and its times; and pictures of a mesh."""
 
-import re
+import time
 
 import numpy as np
 import pytest
 
 from izo_ref import Status
+from izo_ref.app import demo
+from izo_ref.app.cli import main
 from izo_ref.app.demo import demo_scene, write_demo
 from izo_ref.app.picture import draw
+from izo_ref.app.view.pack import unpack
+from tests.helpers.pages import Page
+from tests.helpers.views import content_of
 
 
 def test_the_scene_has_the_documented_size_and_bodies():
@@ -19,40 +24,51 @@ def test_the_scene_has_the_documented_size_and_bodies():
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory):
-    """Write the demo once: the result and its page."""
+def done(tmp_path_factory):
+    """Run the demo once."""
     return write_demo(tmp_path_factory.mktemp("demo"))
 
 
-def test_the_demo_ends_free_and_writes_all_files(written):
-    result, page = written
-    assert result.status is Status.FREE
-    names = {p.name for p in page.parent.iterdir()}
-    assert names == {"index.html", "before.html", "after.html", "before.png", "after.png"}
-    assert len(result.impacts.toi) > 100
+def test_the_demo_ends_free_and_writes_one_page(done):
+    assert done.result.status is Status.FREE
+    assert [path.name for path in done.page.parent.iterdir()] == ["index.html"]
+    assert len(done.result.impacts.toi) > 100
 
 
-def test_the_page_needs_no_network_and_shows_what_was_measured(written):
-    result, page = written
-    text = page.read_text()
-    assert not re.search(r"(src|href)=.?(https?:)?//", text)
-    assert f"{len(result.impacts.toi):,}" in text
-    assert "FREE" in text
-    view = (page.parent / "after.html").read_text()
-    assert not re.search(r"<(script|link)[^>]+(src|href)=.?https?://", view)
+def test_the_page_shows_what_was_measured(done):
+    page = Page(done.page)
+    assert f"Impacts in zones{len(done.result.impacts.toi):,}" in page.text.replace("\n", "")
+    assert "FREE" in page.text
+    assert f"Time for resolving{done.resolving_s:.2f} s" in page.text
+    content = content_of(page.source)
+    assert content["parts"] == ["sphere", "sheet", "second sheet"]
+    assert content["sides"][0]["nPairs"][1] > 1000
+    assert content["sides"][1]["nPairs"] == [0, 0]
 
 
-def test_pictures_show_the_mesh_and_the_crossings(written):
-    from PIL import Image
+def test_the_parts_are_named_after_the_bodies(done):
+    scene, body = demo_scene()
+    content = content_of(done.page.read_text(encoding="utf-8"))
+    part_of = unpack(content["partOf"], 1).ravel()
+    assert np.array_equal(part_of[scene.faces[:, 0]], body)
 
-    _, page = written
-    red = {}
-    for name in ("before", "after"):
-        pixels = np.asarray(Image.open(page.parent / f"{name}.png").convert("RGB")).astype(int)
-        assert (pixels != 255).any(axis=2).mean() > 0.1
-        red[name] = ((pixels[..., 0] > 120) & (pixels[..., 1:] < 60).all(axis=2)).sum()
-    assert red["before"] > 100
-    assert red["after"] == 0
+
+def test_compiling_and_resolving_have_a_time_each(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(demo, "anything_compiled", lambda: False)
+    done = write_demo(tmp_path, prepare=lambda: time.sleep(1.0))
+    assert done.preparing_s >= 1.0
+    assert done.resolving_s == pytest.approx(done.result.timings["total"], abs=0.5)
+    lines = done.lines()
+    assert lines[0] == f"compiling, only the first time: {done.preparing_s:.1f} s"
+    assert lines[1] == f"resolving: {done.resolving_s:.2f} s"
+    page = Page(done.page)
+    assert f"Time for compiling, only the first time{done.preparing_s:.1f} s" in page.text
+    assert main(["demo", "-o", str(tmp_path)]) == 0
+    said = capsys.readouterr().out.splitlines()
+    assert said[0].startswith(("loading compiled code: ", "compiling, only the first time: "))
+    assert said[1].startswith("resolving: ")
+    assert said[2].startswith("FREE: ")
+    assert said[3] == f"page: {tmp_path / 'index.html'}"
 
 
 def test_near_triangles_hide_those_behind_them(tmp_path):

@@ -279,6 +279,7 @@ def test_a_full_disk_is_a_sentence_for_each_command(full, old, step, capsys):
         (main, ["resolve", str(step), "-o", str(old.parent / "o"), "--trace", f"{old.parent}.d"]),
         (main, ["certify", str(step), "--json", out]),
         (main, ["plan", str(step), "--json", out]),
+        (main, ["view", str(step), "-o", out]),
         (validation_main, ["check", str(step), "--json", out]),
         (validation_main, ["check", str(step), "--html", out]),
         (main, ["conform", "--exec", "false", "--case", "S9-zero-01", "--json", out]),

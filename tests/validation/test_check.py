@@ -12,6 +12,7 @@ from izo_ref.app.files import SavedResult, load_result, save_result, save_scene
 from izo_ref.base.errors import SizeError
 from tests.helpers.seams import seams
 from tests.helpers.shapes import grid, two_sheets, vertex_over_face
+from tests.helpers.views import content_of
 from validation import judge
 from validation.__main__ import main
 from validation.check import check, verdict_line
@@ -167,8 +168,10 @@ def test_the_command_writes_its_verdict(tmp_path, capsys):
     assert main(["check", step, "--thickness", "1e-3", *files]) == 0
     assert json.loads((tmp_path / "v.json").read_text())["passed"] is True
     page = (tmp_path / "v.html").read_text()
-    assert page.count("<img") == 1
-    assert "//" not in page.replace("data:image", "").split("</style>")[0]
+    content = content_of(page)
+    assert [side["name"] for side in content["sides"]] == ["Proposed", "Judged"]
+    assert [side["nPairs"][1] for side in content["sides"]] == [1, 0]
+    assert "<td>path is free</td>" in page
 
     assert main(["check", step, "--result", str(tmp_path / "bad.npz"), *files]) == 1
     content = json.loads((tmp_path / "v.json").read_text())
@@ -177,7 +180,9 @@ def test_the_command_writes_its_verdict(tmp_path, capsys):
     assert content["crossing_faces"]["first"] == [[0, 1]]
     page = (tmp_path / "v.html").read_text()
     assert "meet at t = 0.5" in page
-    assert "Faces 0 and 1 intersect" in page
+    assert "face (0 1 2) and face (3 4 5) cross" in page
+    assert '<tr class="failed">' in page
+    assert content_of(page)["sides"][1]["nPairs"][1] >= 2
     assert "FAILED" in capsys.readouterr().out
 
 
@@ -267,6 +272,12 @@ def test_results_of_any_size_are_judged_like_the_same_near_1(rng, length):
     wrong = check(scaled, positions_only(end), thickness, known=known)
     assert CERTIFICATE in failed(wrong)
     assert set(wrong.objectives) == {"izo_ref.resolve", "ours"}
+    content = content_of(verdict_page("a step", scaled, wrong))
+    near = content_of(
+        verdict_page("a step", scene, check(scene, positions_only(scene.positions_t1)))
+    )
+    assert content["sides"][1]["nPairs"] == near["sides"][1]["nPairs"]
+    assert content["radius"] == np.ldexp(near["radius"], length)
 
 
 def test_unused_vertices_far_out_are_judged():
