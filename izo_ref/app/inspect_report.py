@@ -174,6 +174,8 @@ def next_command(
             words += ["--initial-intersections", "ratchet"]
     else:
         words += _range_words(inspected, args, frames)
+        if all(frame["crossings"] for frame in frames):
+            words += ["--pull", f"{_half_an_edge(inspected):.2g}"]
         words += [word for name in args.pin for word in ("--pin", name)]
         for name in ("obstacle", "topology"):
             if getattr(args, name) is not None:
@@ -183,6 +185,11 @@ def next_command(
     if args.weld is not None:
         words += ["--weld", *([f"{args.weld!r}"] if args.weld else [])]
     return shlex.join(words)
+
+
+def _half_an_edge(inspected: Inspected) -> float:
+    """Return half the median length of the edges in the first frame [m]."""
+    return 0.5 * median_length(inspected.frame(inspected.first), edges_of(inspected.faces))
 
 
 def _range_words(

@@ -12,9 +12,11 @@ from PIL import Image
 from izo_ref.app import inspect_command
 from izo_ref.app.cli import main
 from izo_ref.app.inspect_text import ranges
+from izo_ref.detection.mesh import edges_of
 from tests.helpers.dips import dipping_spike, passing_sheets
 from tests.helpers.shapes import grid
 from validation import house
+from validation.scenes.tangles import crossed_corner
 
 N_PLATE = 5
 
@@ -122,6 +124,20 @@ def test_a_sequence_that_starts_crossed_is_to_begin_at_its_first_clean_frame(tmp
     words = shlex.split(out.splitlines()[-1].removeprefix("next: "))
     assert words[-2:] == ["--start", "2"]
     assert run(*words[1:]) == 0
+
+
+def test_a_sequence_that_crosses_in_all_frames_is_to_be_pulled_apart(tmp_path, capsys):
+    tangle = crossed_corner()
+    frames = np.repeat(tangle.positions_t0[None], 9, axis=0)
+    path = save(tmp_path / "in.npz", frames, tangle.faces)
+    assert run("inspect", path) == 1
+    words = shlex.split(capsys.readouterr().out.splitlines()[-1].removeprefix("next: "))
+    ends = tangle.positions_t0[edges_of(tangle.faces)]
+    half = 0.5 * np.median(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1))
+    assert words[-2] == "--pull"
+    assert float(words[-1]) == pytest.approx(half, rel=0.05)
+    assert run(*words[1:]) == 0
+    assert "at the start, 0 at the end" in capsys.readouterr().out
 
 
 def test_the_report_has_everything_as_json(spike, tmp_path, capsys):
