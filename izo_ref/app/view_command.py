@@ -15,7 +15,7 @@ from izo_ref.app.view.of_sequence import sequence_view
 from izo_ref.app.view.of_step import step_view
 from izo_ref.app.view.page import view_page
 from izo_ref.base.archives import names_in
-from izo_ref.base.errors import FileFormatError
+from izo_ref.base.errors import FileFormatError, OptionError
 from izo_ref.formats.animation import Animation, open_animation
 
 DONE = 0  # exit code
@@ -43,6 +43,11 @@ def add_view(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         "--output",
         metavar="PAGE.html",
         help="where to write the page (default: NAME-view.html in this folder)",
+    )
+    command.add_argument(
+        "--obstacle",
+        metavar="FILE",
+        help="animation or mesh that is shown with both, as for `izo sequence`",
     )
     command.add_argument(
         "--topology",
@@ -74,7 +79,8 @@ def view(args: argparse.Namespace, tick: Callable[[str], object]) -> int:
     """
     output = args.output or f"{Path(args.proposed).resolve().stem}-view.html"
     if not args.live:
-        inputs = {"PROPOSED": args.proposed, "RESOLVED": args.resolved, "--topology": args.topology}
+        inputs = {"PROPOSED": args.proposed, "RESOLVED": args.resolved}
+        inputs |= {"--obstacle": args.obstacle, "--topology": args.topology}
         check_outputs(inputs, {"-o": output})
     shown = load_view(args, tick)
     if args.live:
@@ -104,10 +110,14 @@ def load_view(args: argparse.Namespace, tick: Callable[[str], object]) -> View:
     names = [path for path in (args.proposed, args.resolved) if path is not None]
     title = " and ".join(Path(name).name for name in names)
     if _is_step(args.proposed):
+        if args.obstacle is not None:
+            raise OptionError("--obstacle: expected an animation beside it; a step has no obstacle")
         result = None if args.resolved is None else load_result(args.resolved)
         shown = step_view(title, load_scene(args.proposed, **scene_modes(args)), result)
     else:
-        shown = sequence_view(title, [_animation(name, args.topology) for name in names], tick)
+        animations = [_animation(name, args.topology) for name in names]
+        obstacle = None if args.obstacle is None else _animation(args.obstacle, None)
+        shown = sequence_view(title, animations, tick, obstacle)
     return shown if args.up is None else _with_up(shown, args.up)
 
 

@@ -20,7 +20,7 @@ from izo_ref.base.arrays import Faces, Ints, Positions
 from izo_ref.base.errors import FileFormatError
 from izo_ref.detection.intersections import find_intersections
 from izo_ref.detection.mesh import edges_of
-from izo_ref.formats.animation import Animation, triangles
+from izo_ref.formats.animation import Animation, Mesh, triangles
 
 # Positions of vertices that a page holds of each side, in all frames: 100 frames of 100,000
 # triangles. A page of 108 frames of cloth with 92,000 triangles, one side, has 33 MB; the browser
@@ -35,6 +35,7 @@ def sequence_view(
     title: str,
     animations: Sequence[Animation],
     tick: Callable[[str], object] = lambda text: None,
+    obstacle: Animation | None = None,
 ) -> View:
     """Return the view of an animation, or of two of the same meshes.
 
@@ -42,18 +43,25 @@ def sequence_view(
         title: Names the animation.
         animations: What was proposed, and what was resolved.
         tick: Is called with a line for each frame that was read.
+        obstacle: Meshes that are shown with both, as pinned ones; of one frame, or as many.
 
     Raises:
-        FileFormatError: A frame cannot be read, or the two animations do not fit each other.
+        FileFormatError: A frame cannot be read, or the animations do not fit each other.
     """
     first = animations[0]
     for other in animations[1:]:
         _check_same(first, other)
-    faces, n_degenerate = _faces_of(first)
     n_frames = min(animation.n_frames for animation in animations)
-    frames = _thinned(n_frames, _n_vertices(first))
+    shown = [first]
+    if obstacle is not None:
+        _check_frames(obstacle, n_frames)
+        shown.append(obstacle)
+    faces, n_degenerate = _faces_of(shown)
+    meshes = [mesh for animation in shown for mesh in animation.meshes]
+    sizes = [mesh.n_vertices for mesh in meshes]
+    frames = _thinned(n_frames, sum(sizes))
     sides = [
-        _side(name, animation, faces, frames, tick)
+        _side(name, [animation, *shown[1:]], faces, frames, tick)
         for name, animation in zip(NAMES, animations, strict=False)
     ]
     verdict, passed = _verdict(sides)
@@ -63,18 +71,15 @@ def sequence_view(
         passed=passed,
         is_step=False,
         faces=faces,
-        parts=[mesh.name for mesh in first.meshes],
-        part_of=np.repeat(
-            np.arange(len(first.meshes), dtype=np.int32),
-            [mesh.n_vertices for mesh in first.meshes],
-        ),
-        pinned=np.zeros(_n_vertices(first), bool),
+        parts=[mesh.name for mesh in meshes],
+        part_of=np.repeat(np.arange(len(meshes), dtype=np.int32), sizes),
+        pinned=np.arange(sum(sizes)) >= _n_vertices(first),
         zone_of=None,
         frames=frames,
         sides=sides,
         up=_up(first.path),
         notes=_notes(animations, frames, sides, n_degenerate),
-        tables=[_meshes_table(first), _frames_table(frames, sides)],
+        tables=[_meshes_table(meshes), _frames_table(frames, sides)],
     )
 
 
@@ -88,9 +93,20 @@ def _up(path: Path) -> str:
     return "z" if of_ply or path.suffix.lower() in Z_UP else "y"
 
 
-def _faces_of(animation: Animation) -> tuple[Faces, int]:
+def _check_frames(obstacle: Animation, n_frames: int) -> None:
+    """Raise an error if an obstacle has several frames, but fewer than are shown."""
+    if 1 < obstacle.n_frames < n_frames:
+        raise FileFormatError(
+            f"{obstacle.path}: expected one frame or {n_frames}, as many as are shown; found "
+            f"{obstacle.n_frames}"
+        )
+
+
+def _faces_of(shown: Sequence[Animation]) -> tuple[Faces, int]:
     """Return the triangles, and how many are left out because they have a vertex twice."""
-    faces = triangles(animation.meshes)
+    offsets = np.cumsum([0, *map(_n_vertices, shown)], dtype=np.int32)
+    parts = [triangles(each.meshes) + n for each, n in zip(shown, offsets, strict=False)]
+    faces = np.concatenate(parts)
     a, b, c = faces.T
     whole = (a != b) & (b != c) & (c != a)
     return faces[whole], int(np.count_nonzero(~whole))
@@ -120,16 +136,16 @@ def _thinned(n_frames: int, n_vertices: int) -> list[int]:
 
 def _side(
     name: str,
-    animation: Animation,
+    shown: Sequence[Animation],
     faces: Faces,
     frames: list[int],
     tick: Callable[[str], object],
 ) -> Side:
-    """Read the frames of an animation, and find what crosses in each."""
+    """Read the frames of an animation and its obstacle, and find what crosses in each."""
     edges, most = edges_of(faces), max(MOST_PAIRS // len(frames), 1)
     side = Side(name=name, positions=[], pairs=[], n_pairs=[])
     for number in frames:
-        positions = animation.frame(number)
+        positions = np.concatenate([each.frame(min(number, each.n_frames - 1)) for each in shown])
         pairs = crossings(positions, edges, faces)
         side.positions.append(positions)
         side.n_pairs.append(len(pairs.kinds))
@@ -198,10 +214,10 @@ def _notes(
     return notes
 
 
-def _meshes_table(animation: Animation) -> Table:
+def _meshes_table(meshes: Sequence[Mesh]) -> Table:
     rows = [
         (mesh.name, f"{mesh.n_vertices:,} vertices, {len(mesh.counts):,} polygons")
-        for mesh in animation.meshes
+        for mesh in meshes
     ]
     return Table("Meshes", (), rows)
 

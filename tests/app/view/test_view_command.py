@@ -137,6 +137,24 @@ def test_meshes_of_a_folder_are_parts_with_their_names(tmp_path):
     assert unpack(content["partOf"], 1).ravel().tolist() == [0, 0, 0, 1, 1, 1]
 
 
+def test_an_obstacle_is_shown_with_both_and_pinned(tmp_path, step, capsys):
+    frames, faces = dipping_sheet()
+    own, body = tmp_path / "own.npz", tmp_path / "body.npz"
+    np.savez(own, positions=frames[:, 3:], faces=faces[:1])
+    np.savez(body, positions=frames[:1, :3], faces=faces[:1])
+    page = tmp_path / "page.html"
+    assert run(own, own, "--obstacle", body, "-o", page) == 0
+    content = content_of(page.read_text(encoding="utf-8"))
+    assert content["parts"] == ["own", "body"]
+    assert unpack(content["pinned"], 1).ravel().tolist() == [0, 0, 0, 1, 1, 1]
+    assert [side["nPairs"] for side in content["sides"]] == [[0, 0, 0, 2, 2, 2]] * 2
+    np.savez(body, positions=frames[:2, :3], faces=faces[:1])
+    assert run(own, "--obstacle", body, "-o", page) == 2
+    assert "expected one frame or 6" in capsys.readouterr().err
+    assert run(step, "--obstacle", body, "-o", page) == 2
+    assert "a step has no obstacle" in capsys.readouterr().err
+
+
 def test_a_step_with_many_pairs_holds_the_first_ones(rng, monkeypatch):
     monkeypatch.setattr(of_step, "MOST_PAIRS", 2)
     view = step_view("sheets", two_sheets(rng), None)
