@@ -172,6 +172,7 @@ def headlines(rows_folder: Path) -> list[Headline]:
                 f"ptxas says so for the compute capabilities {capabilities}{others}.",
             )
         )
+    found += _detection(read(rows_folder, "detection"))
     steps = read(rows_folder, "steps")
     if steps:
         ratios = [row["cpu_ms"] / row["gpu_ms"] for row in steps]
@@ -187,15 +188,29 @@ def headlines(rows_folder: Path) -> list[Headline]:
     return found
 
 
+def _detection(rows: list[Row]) -> Iterable[Headline]:
+    """Yield the headline of the detection of the largest step."""
+    if rows:
+        last = max(rows, key=lambda row: row["triangles"])
+        others = sum(row["only_gpu"] + row["only_cpu"] for row in rows)
+        ratio = last["cpu_ms"] / last["gpu_ms"]
+        yield Headline(
+            "Detection on a GPU",
+            f"{last['gpu_ms']:.2g} ms",
+            f"{last['triangles']:,} triangles on {last['gpu']}; {ratio:.2g} times as fast as the "
+            f"CPU beside it. In {len(rows)} steps, {others} pairs differ from those of the CPU.",
+        )
+
+
 def _launches(rows: list[Row]) -> Iterable[Headline]:
-    """Yield the headline of a study that has not measured times on a GPU yet."""
+    """Yield the headline of a study that has not measured whole steps on a GPU yet."""
     if rows:
         last = rows[-1]
         yield Headline(
             "Launches of kernels in a step",
             f"{last['launches']:,}",
             f"{last['triangles']:,} triangles and {last['iterations']} iterations, counted on: "
-            f"{last['gpu']}. Times on a GPU are not measured yet.",
+            f"{last['gpu']}. Whole steps on a GPU are not measured yet.",
         )
 
 
