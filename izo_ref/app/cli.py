@@ -205,10 +205,14 @@ def _demo(args: Arguments) -> int:
 
 
 def _sequence(args: Arguments) -> int:
+    if len(args.animation) > 1:
+        from izo_ref.app.sequence_jobs import sequences
+
+        return sequences(args)
     from izo_ref.app.sequence_command import sequence
 
-    with _progress() as tick:
-        return sequence(args, tick)
+    (args.animation,) = args.animation
+    return sequence(args)
 
 
 def _say(*lines: str) -> None:

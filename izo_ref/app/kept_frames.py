@@ -97,6 +97,14 @@ class KeptFrames:
         arrays = read_archive(self._path(number), ("positions", "report"))
         return Kept(arrays["positions"], json.loads(str(arrays["report"])))
 
+    def report(self, number: int) -> dict[str, Any]:
+        """Read what is said of a frame, without its positions.
+
+        Raises:
+            FileFormatError: It is damaged.
+        """
+        return json.loads(str(read_archive(self._path(number), ("report",))["report"]))
+
     def write(self, number: int, positions: Positions, report: dict[str, Any]) -> None:
         """Keep a frame.
 

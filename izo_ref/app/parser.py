@@ -118,10 +118,32 @@ def _add_sequence(commands: Commands) -> None:
     command = commands.add_parser("sequence", help=text, description=text)
     command.set_defaults(command="sequence")
     command.add_argument(
-        "animation", metavar="IN", help="animation to read: a file, or a folder of OBJ or PLY files"
+        "animation",
+        nargs="+",
+        metavar="IN",
+        help="animation to read: a file, or a folder of OBJ or PLY files. Several are resolved "
+        "independently, each in a process of its own",
     )
     command.add_argument(
-        "-o", "--output", required=True, metavar="OUT", help="where to write; same suffix as IN"
+        "-o",
+        "--output",
+        required=True,
+        metavar="OUT",
+        help="where to write; same suffix as IN. For several, a folder, in which each has the name "
+        "that it was read by",
+    )
+    command.add_argument(
+        "--jobs",
+        type=_count,
+        default=1,
+        metavar="N",
+        help="how many of several animations are resolved at a time (default: %(default)s)",
+    )
+    command.add_argument(
+        "--progress",
+        action="store_true",
+        help="write a line for each frame on the standard error: number, impacts so far, time "
+        "left; without it, there is a bar if that is a terminal",
     )
     command.add_argument(
         "--thickness",
@@ -173,6 +195,13 @@ def _add_sequence(commands: Commands) -> None:
     command.add_argument("--json", metavar="REPORT.json", help="write a report of each frame")
     add_scene_flags(command)
     command.set_defaults(initial_intersections="ratchet")
+
+
+def _count(word: str) -> int:
+    """Return the positive number that a word of the command line is."""
+    if not word.isdecimal() or int(word) == 0:
+        raise argparse.ArgumentTypeError(f"expected a whole number from 1 on, got {word!r}")
+    return int(word)
 
 
 def _add_cache(commands: Commands) -> None:

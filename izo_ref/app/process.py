@@ -44,13 +44,13 @@ def _code_of(main: Callable[[], int], program: str) -> int | str | None:
         _discard(sys.stdout)
         return BROKEN_PIPE
     except MemoryError as error:
-        return _fail(program, f"not enough memory{f': {error}' if str(error) else ''}")
+        return _fail(program, failure(error))
     except ImportError as error:
         if NO_ROOM not in str(error):
             raise
         return _fail(program, f"not enough memory: {error}")
     except OSError as error:
-        return _fail(program, _sentence(error))
+        return _fail(program, failure(error))
     except KeyboardInterrupt:
         _end_by_interrupt(program)
     return code
@@ -92,8 +92,10 @@ def _fail(program: str, sentence: str) -> int:
     return CANNOT_RUN
 
 
-def _sentence(error: OSError) -> str:
-    """Return what went wrong in words."""
+def failure(error: MemoryError | OSError) -> str:
+    """Return what the machine could not do, in words."""
+    if isinstance(error, MemoryError):
+        return f"not enough memory{f': {error}' if str(error) else ''}"
     what = error.strerror or str(error)
     if error.filename is not None:
         return f"{error.filename}: {what}"

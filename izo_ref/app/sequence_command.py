@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 
 from izo_ref.app.files import check_outputs, save_json
 from izo_ref.app.flags import scene_modes
+from izo_ref.app.frame_progress import Display, Progress, Tell
 from izo_ref.app.kept_frames import KeptFrames, digest_of
 from izo_ref.base.arrays import Faces, Flags, Positions
 from izo_ref.base.errors import FileFormatError, OptionError, ShapeError
@@ -25,15 +27,35 @@ FREE, NOT_FREE, FREE_EXCEPT_EXCLUDED = 0, 1, 3  # exit codes
 KEPT = ".frames"  # ending of the folder of kept frames, beside the output
 
 
-def sequence(args: argparse.Namespace, tick: Callable[[str], None]) -> int:
-    """Run the command.
+def sequence(args: argparse.Namespace) -> int:
+    """Resolve one animation, write it and its report, and say how it ended.
 
     Args:
-        args: What the parser found.
-        tick: Is called with a line for each frame.
+        args: What the parser found; `animation` is one path.
 
     Returns:
         The exit code.
+    """
+    with Display(args.progress, named=False) as display:
+        reports = resolve_file(args, partial(display.tell, str(args.animation)))
+    code, lines = ending(reports)
+    print(*lines, sep="\n")
+    return code
+
+
+def resolve_file(args: argparse.Namespace, tell: Tell) -> list[dict[str, Any]]:
+    """Resolve one animation, and write it and its report.
+
+    Args:
+        args: What the parser found; `animation` is one path.
+        tell: Is called before the first frame, and after each.
+
+    Returns:
+        The report of each frame, as JSON.
+
+    Raises:
+        IzoError: The animation, the obstacle or an option is refused, or the output cannot be
+            written.
     """
     inputs = {"the animation": args.animation, "--obstacle": args.obstacle}
     if Path(args.animation).is_dir():
@@ -45,18 +67,21 @@ def sequence(args: argparse.Namespace, tick: Callable[[str], None]) -> int:
     kept = KeptFrames(f"{args.output}{KEPT}", scene.about())
     done = False
     try:
+        reports = [kept.report(number) for number in scene.kept_numbers(kept)]
+        impacts = sum(report["impacts"] for report in reports)
+        tell(scene.progress(len(reports), impacts))
         for number, frame, seconds in scene.resolve(kept):
-            report = _report(frame, seconds)
-            kept.write(number, frame.positions, report)
-            tick(_line(report, scene.last))
+            reports.append(_report(frame, seconds))
+            kept.write(number, frame.positions, reports[-1])
+            impacts += frame.impacts
+            tell(scene.progress(len(reports), impacts))
         scene.write(kept)
-        reports = [kept.read(number).report for number in range(scene.first, scene.last + 1)]
         if args.json:
             save_json(args.json, {"input": str(args.animation), "frames": reports})
         done = True
     finally:
         kept.close(done)
-    return _say(reports)
+    return reports
 
 
 def _check_folder(animation: Path, output: Path) -> None:
@@ -136,6 +161,15 @@ class _Input:
                 other = self._obstacle.frame(min(number, self._obstacle.n_frames - 1))
                 own = np.concatenate((own, other))
             yield own
+
+    def progress(self, done: int, impacts: int) -> Progress:
+        """Return how far the sequence is with so many frames and impacts."""
+        frame = self.first + done - 1 if done else None
+        return Progress(frame, self.last, done, self.last - self.first + 1, impacts)
+
+    def kept_numbers(self, kept: KeptFrames) -> range:
+        """Return the numbers of the frames that an earlier run kept."""
+        return range(self.first, self.first + kept.count_from(self.first))
 
     def resolve(self, kept: KeptFrames) -> Iterator[tuple[int, Frame, float]]:
         """Resolve the frames that are not kept yet; yield number, frame and seconds of each."""
@@ -233,30 +267,32 @@ def _report(frame: Frame, seconds: float) -> dict[str, Any]:
     return report
 
 
-def _line(report: dict[str, Any], last: int) -> str:
-    return f"frame {report['frame']} of {last}: {report['status']}, {report['impacts']} impacts"
+def ending(reports: list[dict[str, Any]]) -> tuple[int, list[str]]:
+    """Return the exit code of a sequence, and the lines that say how it ended.
 
-
-def _say(reports: list[dict[str, Any]]) -> int:
-    """Print how the sequence ended, and return the exit code."""
+    Args:
+        reports: The report of each frame.
+    """
     blocked = [report for report in reports if report["status"] == Status.BLOCKED.name]
     counts = {status.name: 0 for status in Status}
     for report in reports:
         counts[report["status"]] += 1
     said = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
-    print(f"{len(reports)} frames: {said}")
+    lines = [f"{len(reports)} frames: {said}"]
     nudged, held = (sum(report[name] > 0 for report in reports) for name in ("nudged", "held"))
     if nudged or held:
-        print(f"rounding moved vertices in {nudged} frames, and held some back in {held}")
+        lines.append(f"rounding moved vertices in {nudged} frames, and held some back in {held}")
     excluded = [report["excluded"] for report in reports]
     if excluded[0] or excluded[-1]:
-        print(f"pairs that are left out: {excluded[0]} at the start, {excluded[-1]} at the end")
+        lines.append(
+            f"pairs that are left out: {excluded[0]} at the start, {excluded[-1]} at the end"
+        )
     for report in blocked:
         first = report["meeting"][0]
-        print(
+        lines.append(
             f"frame {report['frame']} is blocked at {report['reached']:g} of its way: "
             f"{first['kind']} {first['nodes']} meet at {first['at']:.6g}"
         )
     if blocked:
-        return NOT_FREE
-    return FREE_EXCEPT_EXCLUDED if excluded[-1] else FREE
+        return NOT_FREE, lines
+    return (FREE_EXCEPT_EXCLUDED if excluded[-1] else FREE), lines

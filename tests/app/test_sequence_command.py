@@ -62,15 +62,15 @@ def test_the_animation_is_resolved_and_written_as_it_was_read(sheets, capsys):
 
 def test_a_run_that_is_stopped_goes_on_at_the_last_whole_frame(sheets, monkeypatch):
     assert run("sequence", sheets / "both.npz", "-o", sheets / "whole.npz") == 0
-    resolved, line = [], sequence_command._line
+    resolved, write = [], KeptFrames.write
 
-    def stop_at_3(report, last):
-        resolved.append(report["frame"])
-        if report["frame"] == 3 and len(resolved) == 4:
+    def stop_after_3(self, number, positions, report):
+        resolved.append(number)
+        write(self, number, positions, report)
+        if number == 3:
             raise KeyboardInterrupt
-        return line(report, last)
 
-    monkeypatch.setattr(sequence_command, "_line", stop_at_3)
+    monkeypatch.setattr(KeptFrames, "write", stop_after_3)
     words = "sequence", sheets / "both.npz", "-o", sheets / "out.npz"
     with pytest.raises(KeyboardInterrupt):
         run(*words)
@@ -81,7 +81,7 @@ def test_a_run_that_is_stopped_goes_on_at_the_last_whole_frame(sheets, monkeypat
 
 
 def test_frames_of_another_run_are_not_mixed_in(sheets, monkeypatch, capsys):
-    monkeypatch.setattr(sequence_command, "_line", lambda *_: 1 / 0)
+    monkeypatch.setattr(sequence_command._Input, "write", lambda *_: 1 / 0)
     words = "sequence", sheets / "both.npz", "-o", sheets / "out.npz"
     with pytest.raises(ZeroDivisionError):
         run(*words)
