@@ -21,6 +21,7 @@ from validation.commands import (
     run_mutants,
     run_readme,
     run_report,
+    run_sequences,
     run_shrink,
     run_speed,
     run_stability,
@@ -156,7 +157,7 @@ def _add_shrink(commands: "Subparsers") -> None:
 
 
 def _add_studies(commands: "Subparsers") -> None:
-    text = "measure speed on the CPU or on a GPU, and write a page"
+    text = "measure speed, stability or animations, and write a page"
     sub = commands.add_parser("study", help=text, description=text)
     studies = sub.add_subparsers(required=True, metavar="STUDY")
     help_ = "detection, whole steps, deep contact, the next step, what rules save, size: speed/"
@@ -172,6 +173,10 @@ def _add_studies(commands: "Subparsers") -> None:
     help_ = "stiff and extreme cases: how far the method holds, and what it says beyond: stability/"
     sub = _add(studies, "stability", run_stability, help_)
     sub.add_argument("--only", choices=STABILITY)
+    _add_report(sub)
+    help_ = "animations: every format, tangled starts, frames a second, memory: sequences/"
+    sub = _add(studies, "sequences", run_sequences, help_)
+    sub.add_argument("--only", choices=("formats", "tangles", "speed", "memory"))
     _add_report(sub)
 
 

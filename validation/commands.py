@@ -252,6 +252,14 @@ def run_stability(args: Namespace) -> int:
     return _study(args, "stability", stability.PARTS, report.page)
 
 
+def run_sequences(args: Namespace) -> int:
+    """Measure what `izo sequence` and `resolve_sequence` do with animations."""
+    from validation.report import sequences as report
+    from validation.study import sequences
+
+    return _study(args, "sequences", sequences.PARTS, report.page)
+
+
 def _study(
     args: Namespace,
     name: str,

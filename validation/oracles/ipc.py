@@ -93,6 +93,7 @@ def path_hits(
     edges: ArrayLike,
     faces: ArrayLike,
     at_most: int = 1000,
+    left_out: tuple[ArrayLike, ArrayLike] | None = None,
 ) -> PathHits:
     """Find the vertex-face and edge-edge pairs that meet on straight paths, by Tight Inclusion.
 
@@ -102,6 +103,8 @@ def path_hits(
         edges: (n_edges, 2) vertex indices.
         faces: (n_faces, 3) vertex indices.
         at_most: Number of hits to return; the search ends when it finds one more.
+        left_out: Pairs that may meet, and are not looked at: (k, 4) vertex indices, a vertex and a
+            face's corners, or the ends of one edge and another; and (k,) bool, True for two edges.
 
     Returns:
         The hits. A pair with a common vertex is never among them.
@@ -112,15 +115,36 @@ def path_hits(
     start = _finite("positions_t0", positions_t0)
     end = _finite("positions_t1", positions_t1)
     edges, faces = np.asarray(edges, np.int32), np.asarray(faces, np.int32)
-    found = list(islice(_hits(start, end, edges, faces), at_most + 1))
+    skipped = None if left_out is None else _numbers(*left_out, edges, faces)
+    found = list(islice(_hits(start, end, edges, faces, skipped), at_most + 1))
     complete = len(found) <= at_most
     nodes, kinds, toi = zip(*found[:at_most], strict=True) if found[:at_most] else ((), (), ())
     nodes = np.array(nodes, int).reshape(-1, 4)
     return PathHits(nodes, np.array(kinds, bool), np.array(toi, float), complete)
 
 
+def _numbers(
+    nodes: ArrayLike, is_edge_edge: ArrayLike, edges: Indices, faces: Indices
+) -> set[tuple[bool, int, int]]:
+    """Return pairs as ipctk numbers them: vertex and face, or two edges, the lower one first."""
+    edge_of = {tuple(sorted(row)): i for i, row in enumerate(edges.tolist())}
+    face_of = {tuple(sorted(row)): i for i, row in enumerate(faces.tolist())}
+    found = set()
+    for row, kind in zip(np.asarray(nodes).tolist(), np.asarray(is_edge_edge), strict=True):
+        if kind:
+            one, other = sorted((edge_of[tuple(sorted(row[:2]))], edge_of[tuple(sorted(row[2:]))]))
+            found.add((True, one, other))
+        else:
+            found.add((False, row[0], face_of[tuple(sorted(row[1:]))]))
+    return found
+
+
 def _hits(
-    start: Floats, end: Floats, edges: Indices, faces: Indices
+    start: Floats,
+    end: Floats,
+    edges: Indices,
+    faces: Indices,
+    skipped: set[tuple[bool, int, int]] | None = None,
 ) -> Iterator[tuple[Any, bool, float]]:
     """Yield nodes, kind and time of each pair that meets."""
     import ipctk
@@ -139,9 +163,9 @@ def _hits(
         return some.is_step_collision_free(mesh, start, end, 0.0, ccd)
 
     # compiled code decides many pairs at once; only chunks with a hit are examined pair by pair
-    if candidates.is_step_collision_free(mesh, start, end, 0.0, ccd):
+    if skipped is None and candidates.is_step_collision_free(mesh, start, end, 0.0, ccd):
         return
-    for pairs, is_edge_edge in _in_order(candidates):
+    for pairs, is_edge_edge in _in_order(candidates, skipped or set()):
         for first in range(0, len(pairs), CHUNK):
             chunk = pairs[first : first + CHUNK]
             for pair in [] if is_free(chunk, is_edge_edge) else chunk:
@@ -152,13 +176,21 @@ def _hits(
                     yield nodes, is_edge_edge, toi
 
 
-def _in_order(candidates: Any) -> tuple[tuple[list[Any], bool], tuple[list[Any], bool]]:
+def _in_order(
+    candidates: Any, skipped: set[tuple[bool, int, int]]
+) -> tuple[tuple[list[Any], bool], tuple[list[Any], bool]]:
     """Sort the vertex-face and the edge-edge pairs, since parallel trees list them in any order."""
     import ipctk
 
-    vertex_face = sorted(candidates.fv_candidates, key=lambda c: (c.vertex_id, c.face_id))
+    numbers = sorted((c.vertex_id, c.face_id) for c in candidates.fv_candidates)
+    vertex_face = [
+        ipctk.FaceVertexCandidate(face, vertex)
+        for vertex, face in numbers
+        if (False, vertex, face) not in skipped
+    ]
     ends = sorted(sorted((c.edge0_id, c.edge1_id)) for c in candidates.ee_candidates)
-    return (vertex_face, False), ([ipctk.EdgeEdgeCandidate(*pair) for pair in ends], True)
+    edge_edge = [ipctk.EdgeEdgeCandidate(*pair) for pair in ends if (True, *pair) not in skipped]
+    return (vertex_face, False), (edge_edge, True)
 
 
 def _finite(name: str, positions: ArrayLike) -> Floats:

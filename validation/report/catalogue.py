@@ -117,6 +117,14 @@ OTHERS = (
         "stability/README.md",
     ),
     Report(
+        "sequences",
+        "Animations",
+        "What is written in every format, how tangled starts come apart, frames a second, memory.",
+        f"{PROGRAM} study sequences",
+        ("sequences/rows/*.csv",),
+        "sequences/README.md",
+    ),
+    Report(
         "mutants",
         "Deliberate faults",
         "Whether the tests notice faults that were put into the code on purpose.",

@@ -42,39 +42,39 @@ def garment(rng: np.random.Generator, n_triangles: int, n_layers: int = 5) -> Sc
     n_along = max(3, round(0.5 * n_triangles / ((n_layers + 1) * n_around)))
     cell = 2.0 * np.pi * RADIUS_M / n_around
     gap = GAP_CELLS * cell + GAP_M
-    body, body_faces = _body(n_around, n_along)
+    body, body_faces = ellipsoid(n_around, n_along)
     start, end, faces = [body], [body], [body_faces]
     wrinkles = rng.uniform(0.0, 2.0 * np.pi, 3)
     n = len(body)
     for layer in range(1, n_layers + 1):
-        angle, height = _grid(rng, n_around, n_along + 1)
-        radius = _body_radius(height) + _wrinkle(wrinkles, angle, height) + layer * gap
-        push = PUSH_GAPS * gap * _field(rng, angle, height) - layer * gap
-        start.append(_around(angle, radius, height))
-        shear = 0.5 * gap * _field(rng, angle, height)
-        end.append(_around(angle + shear / RADIUS_M, radius + push, height + shear))
-        faces.append(n + _tube_faces(n_around, n_along + 1))
+        angle, height = uneven_grid(rng, n_around, n_along + 1)
+        radius = ellipsoid_radius(height) + wrinkle(wrinkles, angle, height) + layer * gap
+        push = PUSH_GAPS * gap * smooth_field(rng, angle, height) - layer * gap
+        start.append(around_axis(angle, radius, height))
+        shear = 0.5 * gap * smooth_field(rng, angle, height)
+        end.append(around_axis(angle + shear / RADIUS_M, radius + push, height + shear))
+        faces.append(n + tube_faces(n_around, n_along + 1))
         n += len(angle)
     pinned = np.arange(n) < len(body)
     masses = np.full(n, KG_PER_M2 * cell**2)
     return Scene(np.concatenate(start), np.concatenate(end), np.concatenate(faces), masses, pinned)
 
 
-def _body(n_around: int, n_along: int) -> tuple[Positions, Faces]:
+def ellipsoid(n_around: int, n_along: int) -> tuple[Positions, Faces]:
     """Return a closed ellipsoid of n_along rings of vertices and two poles."""
     along = np.linspace(np.pi, 0.0, n_along + 2)[1:-1]
     angle = np.tile(2.0 * np.pi * np.arange(n_around) / n_around, n_along)
     height = HALF_HEIGHT_M * np.repeat(np.cos(along), n_around)
     poles = np.array([[0.0, 0.0, -HALF_HEIGHT_M], [0.0, 0.0, HALF_HEIGHT_M]])
-    points = np.concatenate((_around(angle, _body_radius(height), height), poles))
+    points = np.concatenate((around_axis(angle, ellipsoid_radius(height), height), poles))
     i = np.arange(n_around)
     j, top, pole = (i + 1) % n_around, n_around * (n_along - 1), n_around * n_along
     low = np.column_stack((j, i, np.full(n_around, pole)))
     high = np.column_stack((top + i, top + j, np.full(n_around, pole + 1)))
-    return points, np.concatenate((_tube_faces(n_around, n_along), low, high)).astype(np.int32)
+    return points, np.concatenate((tube_faces(n_around, n_along), low, high)).astype(np.int32)
 
 
-def _tube_faces(n_around: int, n_rings: int) -> Faces:
+def tube_faces(n_around: int, n_rings: int) -> Faces:
     """Return the faces of a tube of rings of vertices; each cell is split along one diagonal."""
     ring, i = np.divmod(np.arange(n_around * (n_rings - 1), dtype=np.int32), n_around)
     a, b = ring * n_around + i, ring * n_around + (i + 1) % n_around
@@ -82,7 +82,7 @@ def _tube_faces(n_around: int, n_rings: int) -> Faces:
     return np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
 
 
-def _grid(rng: np.random.Generator, n_around: int, n_rings: int) -> tuple[Floats, Floats]:
+def uneven_grid(rng: np.random.Generator, n_around: int, n_rings: int) -> tuple[Floats, Floats]:
     """Draw the angles [rad] and heights [m] of the vertices of a tube, slightly uneven."""
     ring, i = np.divmod(np.arange(n_around * n_rings), n_around)
     uneven = rng.uniform(-0.15, 0.15, (2, len(ring)))
@@ -91,19 +91,19 @@ def _grid(rng: np.random.Generator, n_around: int, n_rings: int) -> tuple[Floats
     return angle, height
 
 
-def _body_radius(height: Floats) -> Floats:
+def ellipsoid_radius(height: Floats) -> Floats:
     """Return the radius of the ellipsoid at some heights [m]."""
     return RADIUS_M * np.sqrt(1.0 - (height / HALF_HEIGHT_M) ** 2)
 
 
-def _wrinkle(phases: Floats, angle: Floats, height: Floats) -> Floats:
+def wrinkle(phases: Floats, angle: Floats, height: Floats) -> Floats:
     """Return how far wrinkles stand out from the body [m], never less than 0."""
     bend = 0.5 * np.sin(10.0 * height + phases[0])  # wrinkles are not straight
     across = np.cos(WRINKLES * angle + 4.0 * bend + phases[1])
     return 0.5 * WRINKLE_M * (1.0 + across * np.cos(8.0 * height + phases[2]))
 
 
-def _field(rng: np.random.Generator, angle: Floats, height: Floats) -> Floats:
+def smooth_field(rng: np.random.Generator, angle: Floats, height: Floats) -> Floats:
     """Draw a smooth field with a standard deviation of about 1."""
     waves = 8
     around = rng.integers(-7, 8, waves)
@@ -113,6 +113,6 @@ def _field(rng: np.random.Generator, angle: Floats, height: Floats) -> Floats:
     return np.sqrt(2.0 / waves) * np.cos(phases).sum(axis=1)
 
 
-def _around(angle: Floats, radius: Floats, height: Floats) -> Positions:
+def around_axis(angle: Floats, radius: Floats, height: Floats) -> Positions:
     """Return positions (n, 3) [m] from cylindrical coordinates."""
     return np.column_stack((radius * np.cos(angle), radius * np.sin(angle), height))
