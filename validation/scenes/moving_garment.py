@@ -21,7 +21,7 @@ from validation.scenes.garments import (
 )
 
 FIRST_CONTACT = 10  # the first frame in which the garment is inside the body
-CALM = 0.4  # how far the garment goes in before that, in gaps
+CALM = 0.2  # how far the garment goes in before that, in gaps
 DEPTH = 1.8  # how far it goes in from then on, in gaps
 BREATH = 0.25  # part of the depth that comes and goes
 STEP_M = 0.004  # how far the body goes in a frame
