@@ -8,7 +8,13 @@ from validation.__main__ import main
 from validation.report import catalogue, mutants, readme
 
 # Pages that a report makes are committed only if they are named here.
-COMMITTED = ("README.md", "evidence/README.md", "speed/README.md", "cuda/README.md")
+COMMITTED = (
+    "README.md",
+    "evidence/README.md",
+    "speed/README.md",
+    "cuda/README.md",
+    "sequences/README.md",
+)
 
 
 def test_the_figures_are_those_of_the_rows():
