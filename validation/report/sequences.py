@@ -25,7 +25,7 @@ FORMATS_INTRO = (
 TANGLES_INTRO = (
     "An animation that stands still at a tangled start; cloth-ball goes to the end of its step and "
     "stands still there. Crossings are edges that go through faces, all counted exactly in each "
-    "frame. The pull is a part of the median edge length for each frame. Pairs that are left out "
+    "frame. The pull of a frame is in median edge lengths. Pairs that are left out "
     "may meet, all others are protected. Most new: the largest number of edge-face crossings of a "
     "frame that the frame before had not; a contour that moves along a surface leaves some and "
     "takes others. Grown: by how much the number of crossings rose at most in a frame. Judged: "

@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from izo_ref import resolve_sequence
+from izo_ref import Frame, resolve_sequence
 from izo_ref.base.arrays import Edges, Faces, Flags, Masses, Positions
 from izo_ref.base.records import Exclusion
 from izo_ref.detection.intersections import find_intersections
 from izo_ref.scene import edges_of
-from izo_ref.sequence.resolve import Frame
 from validation.rows import Row, Rows
 from validation.scenes import tangles
 from validation.study import steps
@@ -27,8 +26,7 @@ from validation.study.sequence_judges import meeting_by_ipctk, new_rows, unexpla
 
 KEYS = ("scene", "pull_edges", "frame")
 COUNTED = (0, 1, 10, 50)  # frames after which crossings are counted for a row
-# The pull of a frame, as a part of the median edge length; 0 is without it.
-PULLS = (0.0, 0.1)
+PULLS = (0.0, 1.0)  # of a frame, in median edge lengths; 0 is without it
 JUDGED_ALL = 5_000  # triangles up to which each path is judged, and not those of COUNTED alone
 
 
@@ -101,7 +99,7 @@ def tangle_rows(still: Still, pull_edges: float, counted: Sequence[int]) -> Iter
 
     Args:
         still: The tangled start.
-        pull_edges: The pull of a frame, as a part of the median edge length.
+        pull_edges: The pull of a frame, in median edge lengths.
         counted: Numbers of these frames, the last one at the end.
     """
     edges = edges_of(still.faces)
