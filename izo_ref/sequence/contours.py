@@ -59,7 +59,6 @@ class Contours(NamedTuple):
         edge_weights: (n, 2) f8, of the point of crossing, from 0 to 1.
         face_weights: (n, 3) f8, of the same point, from 0 to 1.
         directions: (n, 3) f8, in which the edge should move relative to the face; no longer than 1.
-        means: (n, 3) f8, the same without the terms that differ along a contour.
         contour: (n,) i8, number of the contour that the crossing is on.
     """
 
@@ -68,7 +67,6 @@ class Contours(NamedTuple):
     edge_weights: Floats
     face_weights: Floats
     directions: Floats
-    means: Floats
     contour: Indices
 
 
@@ -111,7 +109,7 @@ class ContourFinder:
         directions = _no_longer_than_1(gradient + inward + means)
         contour = np.minimum(sides[0::2], sides[1::2])
         weights = edge_weights, face_weights
-        return Contours(edges, faces, *weights, directions, _no_longer_than_1(means), contour)
+        return Contours(edges, faces, *weights, directions, contour)
 
     def _keys(self, edges: Edges) -> Indices:
         """Return one number for each edge, whatever the order of its vertices."""

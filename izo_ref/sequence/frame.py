@@ -12,6 +12,7 @@ from izo_ref.base.records import Exclusion, Pairs, PairState, Status
 from izo_ref.certificate.certify import PathCertificate
 from izo_ref.loop.resolve import Result
 from izo_ref.scene import Scene
+from izo_ref.sequence.pull import Tangle
 from izo_ref.sequence.rounding import RoundedEnd
 from izo_ref.zones.objective import objective
 
@@ -38,7 +39,7 @@ class Frame:
             frame.
         crossings: Number of edges that meet a face at the end of the frame, other than between
             pinned vertices; None without a pull, which alone counts them.
-        stayed: (k,) i8, vertices that were not pulled in this frame, because that would have added
+        stayed: (k,) i8, vertices that were not tangle in this frame, because that would have added
             a crossing.
         nudged: (k,) i8, vertices that rounding alone would have put in contact, and that ended a
             few floats away.
@@ -60,7 +61,6 @@ class Frame:
     objective: float
     excluded: int
     crossings: int | None
-    stayed: Indices
     nudged: Indices
     held: Indices
     meeting: Pairs | None
@@ -69,7 +69,7 @@ class Frame:
     certificate: PathCertificate | None
 
     @classmethod
-    def of_start(cls, number: int, scene: Scene, pulled: Pulled | None) -> Frame:
+    def of_start(cls, number: int, scene: Scene, tangle: Tangle | None) -> Frame:
         """Return the first frame, which is where a scene starts."""
         excluded, nothing = scene.excluded, np.empty(0, np.int64)
         return cls(
@@ -81,8 +81,7 @@ class Frame:
             impacts=0,
             objective=0.0,
             excluded=0 if excluded is None else len(excluded.nodes),
-            crossings=None if pulled is None else pulled.crossings,
-            stayed=nothing,
+            crossings=None if tangle is None else tangle.crossings,
             nudged=nothing,
             held=nothing,
             meeting=None,
@@ -106,20 +105,6 @@ class Substep(NamedTuple):
     size: float
 
 
-class Pulled(NamedTuple):
-    """What a pull leaves at the end of a frame.
-
-    Attributes:
-        crossings: Number of edges that meet a face.
-        pairs: Number of vertex-face and edge-edge pairs that are left out in the next frame.
-        stayed: (k,) i8, vertices that were not pulled.
-    """
-
-    crossings: int
-    pairs: int
-    stayed: Indices
-
-
 class Parts:
     """The substeps of a frame that are free."""
 
@@ -133,8 +118,15 @@ class Parts:
         self._results.append(result)
         self._ends.append(end)
 
+    def followed_by(self, other: Parts) -> Parts:
+        """Return the substeps, and behind them those of a way from their end on."""
+        both = Parts()
+        both.reached = self.reached
+        both._results, both._ends = self._results + other._results, self._ends + other._ends
+        return both
+
     def frame(
-        self, number: int, whole: Scene, positions: Positions, last: Substep, pulled: Pulled | None
+        self, number: int, whole: Scene, positions: Positions, last: Substep, tangle: Tangle | None
     ) -> Frame:
         """Return the frame.
 
@@ -143,7 +135,7 @@ class Parts:
             whole: The step without substeps, to the proposed positions of the caller.
             positions: (n, 3) f8 [m], end of the last free substep.
             last: The last substep, which is blocked if the frame is.
-            pulled: What is tangled at the end, if there is a pull.
+            tangle: What is tangled at the end; None without a pull.
         """
         result, end, size = last
         blocked = self.reached < 1.0
@@ -159,9 +151,8 @@ class Parts:
             substeps=len(self._results),
             impacts=sum(len(part.impacts.toi) for part in self._results),
             objective=objective(whole, positions),
-            excluded=_left_out(self._ends) if pulled is None else pulled.pairs,
-            crossings=None if pulled is None else pulled.crossings,
-            stayed=np.empty(0, np.int64) if pulled is None else pulled.stayed,
+            excluded=_left_out(self._ends) if tangle is None else tangle.pairs,
+            crossings=None if tangle is None else tangle.crossings,
             nudged=_all_of([part.nudged for part in self._ends]),
             held=_all_of([part.held for part in self._ends]),
             meeting=certificate.meeting if blocked else None,

@@ -12,18 +12,25 @@ at a contour keeps the offset from its proposed position that it had at the end 
 and the displacement is added to that. Farther out, less of the offset is kept; away from contours,
 nothing: there, contacts alone keep the vertex from its proposed position.
 
-**No crossing is added.** All pairs that do not cross at the start of a frame are protected in it.
+**No crossing is added.** All pairs that do not cross at the start of a step are protected in it.
 So a crossing that is new at its end shares a vertex-face or edge-edge pair with a crossing at its
 start: an edge that leaves a face enters the next one through their common side. A contour can move,
-then, but none arises where there was none. Crossings are counted exactly at the end of a frame. If
-there are more than at its start, or if more pairs are in them, the frame is resolved again: first
-those contours stay that gained the most, then all of them. Contours that stay move with the mean
-motion of the animation around them. If that does not help and no pinned vertex moves, everything
-stays where the frame started, where the count is the same. So only the motion of pinned vertices
-can add a crossing.
+then, but none arises where there was none. A contour that moves has now more crossings, now fewer,
+because edges and faces are of finite size. So crossings are counted exactly, and a frame may end
+only where there are no more of them than at its start, and no more pairs in them:
+
+1. The frame is resolved with the whole displacement. If crossings were added, this is discarded.
+2. The frame is resolved again while contours stay: they move with the mean motion of the animation
+   around them, as a whole. From there, the displacement is gone in `PARTS` parts, each with the
+   directions of the contours as they are then. The frame ends behind the part with the fewest
+   crossings, the last one if there are several.
+3. If crossings were added although contours stay, and no pinned vertex moves, everything stays
+   where the frame started. So only the motion of pinned vertices can add a crossing.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -34,38 +41,58 @@ from izo_ref.scene import Scene
 from izo_ref.sequence.contours import ContourFinder, Contours
 
 RINGS = 4  # of vertices around a contour that follow it
-# How often contours that gain crossings are pulled by another share of the bound, before they stay.
-# Each takes a solution of the step.
-DRAWS = 3
+# In so many parts a displacement is gone that would add crossings as a whole. Each takes a solution
+# of the step. A contour gets stuck less often in shorter parts, in which it passes few elements.
+PARTS = 6
+
+
+class Tangle(NamedTuple):
+    """What is tangled at the end of a frame.
+
+    Attributes:
+        found: The intersections that have a vertex which is not pinned.
+        crossings: Number of edges that meet a face.
+        pairs: Number of pairs that cross or touch, which are left out in the next step.
+    """
+
+    found: Intersections
+    crossings: int
+    pairs: int
+
+    def adds_to(self, other: Tangle) -> bool:
+        """Return whether there are more crossings than in another tangle, or more pairs."""
+        return self.crossings > other.crossings or self.pairs > other.pairs
 
 
 class Pull:
-    """What is tangled in a mesh, and how it is pulled apart from frame to frame.
+    """How what is tangled in a mesh is pulled apart from frame to frame.
 
     Args:
         scene: A step of the mesh.
         bound: Largest displacement of a vertex in a frame [m].
         before: (n, 3) f8 [m], proposed positions of the frame at which the sequence starts.
+
+    Attributes:
+        bound: As passed in.
+        before: (n, 3) f8 [m], proposed positions of the last frame.
+        tangle: What is tangled at its end.
     """
 
     def __init__(self, scene: Scene, bound: float, before: Positions) -> None:
         """Find what is tangled at the start of a step."""
-        self.scene, self.bound, self.before = scene, bound, before
-        self.finder = ContourFinder(scene.edges, scene.faces, scene.pinned)
-        self.tangle = self.tangle_at(scene.positions_t0)
+        self._scene, self.bound, self.before = scene, bound, before
+        self._finder = ContourFinder(scene.edges, scene.faces, scene.pinned)
+        self.tangle: Tangle = self.tangle_at(scene.positions_t0)
 
-    def tangle_at(self, positions: Positions) -> Intersections:
-        """Return the intersections at rest that have a vertex which is not pinned, exactly."""
-        scene = self.scene
+    def tangle_at(self, positions: Positions) -> Tangle:
+        """Return what is tangled at rest at some positions, (n, 3) f8 [m], exactly."""
+        scene = self._scene
         ends = path_in_range(scene, positions)[1]
         found = find_intersections(ends, scene.edges, scene.faces, scene.tree_orders)
-        return found.unprescribed(scene.pinned)
+        found = found.unprescribed(scene.pinned)
+        return Tangle(found, len(found.crossing_edges), len(found.pairs().nodes))
 
-    def plan(self, number: int, start: Positions, target: Positions) -> Plan:
-        """Return how a frame goes from its start to displaced proposed positions."""
-        return Plan(self, number, start, target)
-
-    def finish(self, target: Positions, tangle: Intersections, reached: float = 1.0) -> None:
+    def finish(self, target: Positions, tangle: Tangle, reached: float) -> None:
         """Go on to the next frame.
 
         Args:
@@ -76,102 +103,52 @@ class Pull:
         gone = self.before + reached * (target - self.before)
         self.before, self.tangle = target if reached == 1.0 else gone, tangle
 
-
-class Plan:
-    """The displaced proposed positions of one frame, and what stays if they add a crossing.
-
-    Attributes:
-        proposed: (n, 3) f8 [m], where the frame is to end, at this try.
-        stays: (n,) b1, vertices that are not pulled, because that would add a crossing.
-        tangle: What is tangled at the end of the last try.
-    """
-
-    def __init__(self, pull: Pull, number: int, start: Positions, target: Positions) -> None:
-        """Displace the proposed positions of the frame of a number."""
-        scene, found = pull.scene, pull.tangle
-        self._pull, self._start, self._target, self._number = pull, start, target, number
-        self.tangle = found
-        contours = pull.finder.find(start, found.crossing_edges, found.crossed_faces)
-        fields = []
-        for directions in (contours.directions, contours.means):
-            moves, at = _displacements(contours, directions, scene.masses, scene.pinned)
-            fields.append(_Rings(scene.edges, moves, at, _owners(contours, len(at))))
-        self._near, self._fields = fields[0], [field.moves for field in fields]
-        self._kept = self._near.share[:, None] * (start - pull.before)
-        self._tries = 0
-        self._factors = np.ones(int(self._near.owner.max(initial=-1)) + 1)
-        self.stays = np.zeros(len(start), bool)
-        self.proposed = self._displaced()
-
-    def accepts(self, positions: Positions) -> bool:
-        """Return whether the end of a try adds no crossing, or is the last one.
-
-        If it does, `proposed` are the positions of the next try.
+    def displaced(
+        self, start: Positions, tangle: Tangle, before: Positions, target: Positions, share: float
+    ) -> Positions:
+        """Return displaced proposed positions, (n, 3) f8 [m].
 
         Args:
-            positions: (n, 3) f8 [m], where the frame ends.
+            start: (n, 3) f8 [m], where the step starts.
+            tangle: What is tangled there.
+            before: (n, 3) f8 [m], what was proposed for these positions.
+            target: (n, 3) f8 [m], what is proposed for the end of the step.
+            share: Share of the bound by which vertices are displaced.
         """
-        before, after = self._pull.tangle, self._pull.tangle_at(positions)
-        self.tangle = after
-        if _count(after) <= _count(before) and _count_pairs(after) <= _count_pairs(before):
-            return True
-        self._tries += 1
-        if self._tries <= DRAWS:
-            rng = np.random.default_rng((self._number, self._tries))
-            gained = self._gained(before, after)
-            self._factors[gained] = rng.uniform(0.0, 1.0, len(gained))
-        elif self._tries == DRAWS + 1:
-            self._factors[self._gained(before, after)] = 0.0
-        elif self._tries == DRAWS + 2:
-            self._factors[:] = 0.0
-        else:
-            pinned = self._pull.scene.pinned
-            if self.stays.all() or (self._target != self._start)[pinned].any():
-                return True
-            self.stays[:] = True
-            self.proposed = self._start
-            return False
-        self.proposed = self._displaced()
-        return False
+        rings = self._around(start, tangle)
+        kept = rings.share[:, None] * (start - before)
+        return self._as_scene(target, target + kept + share * self.bound * rings.moves)
 
-    def _gained(self, before: Intersections, after: Intersections) -> Indices:
-        """Return the contours that gained most, without which the others gain nothing together."""
-        old, new = _keys(before), _keys(after)
-        changed = sorted(new ^ old)
-        if not changed:
-            return np.unique(self._near.owner[self._near.owner >= 0])
-        owner = self._near.owner[np.array(changed)].max(axis=1)
-        signs = np.array([1 if key in new else -1 for key in changed])
-        known = owner >= 0
-        gains = np.bincount(owner[known], signs[known], len(self._factors))
-        order = np.argsort(-gains, kind="stable")
-        most = max(_count(after) - _count(before), 1)
-        enough = int(np.searchsorted(np.cumsum(gains[order]), most)) + 1
-        return order[:enough][gains[order[:enough]] > 0]
+    def staying(self, start: Positions, target: Positions) -> Positions:
+        """Return proposed positions at which contours stay, (n, 3) f8 [m].
 
-    def _displaced(self) -> Positions:
-        """Return the displaced proposed positions; contours whose factor is 0 stay."""
-        owner, field = self._near.owner, self._fields[self._tries % 2]
-        factor = np.where(owner >= 0, self._factors[owner], 0.0)
-        moves = self._pull.bound * factor[:, None] * field
-        self.stays = (owner >= 0) & (factor == 0.0)
-        own = self._target + self._kept + moves
-        return self._as_scene(np.where(self.stays[:, None], self._stay(), own))
-
-    def _stay(self) -> Positions:
-        """Return where the vertices around contours are if they move with the animation alone."""
-        owner, pinned = self._near.owner, self._pull.scene.pinned
-        near, n = owner >= 0, len(self._factors)
-        motion = (self._target - self._pull.before)[near]
+        Args:
+            start: (n, 3) f8 [m], where the step starts.
+            target: (n, 3) f8 [m], what is proposed for its end.
+        """
+        owner, pinned = self._around(start, self.tangle).owner, self._scene.pinned
+        near, n = owner >= 0, int(owner.max(initial=-1)) + 1
+        motion = (target - self.before)[near]
         heavy = np.where(pinned, float(len(pinned)) ** 2, 1.0)[near]  # pinned ones lead
         sums = [np.bincount(owner[near], heavy * motion[:, k], n) for k in range(3)]
-        whole = np.maximum(np.bincount(owner[near], heavy, n), 1.0)
-        return self._start + (np.column_stack(sums) / whole[:, None])[owner]
+        mean = np.column_stack(sums) / np.maximum(np.bincount(owner[near], heavy, n), 1.0)[:, None]
+        return self._as_scene(target, np.where(near[:, None], start + mean[owner], target))
 
-    def _as_scene(self, positions: Positions) -> Positions:
+    def pinned_move(self, start: Positions, target: Positions) -> bool:
+        """Return whether a pinned vertex moves between two positions, (n, 3) f8 [m] each."""
+        return bool((start != target)[self._scene.pinned].any())
+
+    def _around(self, start: Positions, tangle: Tangle) -> _Rings:
+        """Return the displacements around the contours at some positions."""
+        scene, found = self._scene, tangle.found
+        contours = self._finder.find(start, found.crossing_edges, found.crossed_faces)
+        moves, at = _displacements(contours, scene.masses, scene.pinned)
+        return _Rings(scene.edges, moves, at, _owners(contours, len(at)))
+
+    def _as_scene(self, target: Positions, positions: Positions) -> Positions:
         """Return positions in which pinned vertices follow their path, and copies their vertex."""
-        scene = self._pull.scene
-        positions = np.where(scene.pinned[:, None], self._target, positions)
+        scene = self._scene
+        positions = np.where(scene.pinned[:, None], target, positions)
         return positions if scene.copies is None else positions[scene.copies]
 
 
@@ -213,9 +190,7 @@ class _Rings:
             inside |= fresh
 
 
-def _displacements(
-    contours: Contours, directions: Floats, masses: Floats, pinned: Flags
-) -> tuple[Floats, Flags]:
+def _displacements(contours: Contours, masses: Floats, pinned: Flags) -> tuple[Floats, Flags]:
     """Return the displacement of each vertex over the bound, and which vertices are at contours."""
     n = len(masses)
     light = np.divide(1.0, masses, out=np.zeros(n), where=~pinned & (masses > 0.0))
@@ -231,7 +206,8 @@ def _displacements(
     total = np.bincount(rows, close, n)
     at = np.bincount(rows, minlength=n) > 0
     sums = [
-        np.bincount(rows, close * (signed * directions[:, k : k + 1]).ravel(), n) for k in range(3)
+        np.bincount(rows, close * (signed * contours.directions[:, k : k + 1]).ravel(), n)
+        for k in range(3)
     ]
     moves = np.column_stack(sums)
     moves = np.divide(moves, total[:, None], out=np.zeros((n, 3)), where=total[:, None] > 0.0)
@@ -245,17 +221,3 @@ def _owners(contours: Contours, n: int) -> Indices:
     corners = np.hstack((contours.edges, contours.faces))
     np.minimum.at(owner, corners.ravel(), np.repeat(contours.contour, 5))
     return np.where(owner == np.iinfo(np.int64).max, -1, owner)
-
-
-def _keys(found: Intersections) -> set[tuple[int, ...]]:
-    """Return a key for each crossing: the ends of the edge, and the corners of the face."""
-    rows = np.hstack((found.crossing_edges, np.sort(found.crossed_faces, axis=1)))
-    return set(map(tuple, rows.tolist()))
-
-
-def _count(found: Intersections) -> int:
-    return len(found.crossing_edges)
-
-
-def _count_pairs(found: Intersections) -> int:
-    return len(found.pairs().nodes)

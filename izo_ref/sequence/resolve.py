@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Flags, Positions
+from izo_ref.base.arrays import Positions
 from izo_ref.base.devices import copy_to_cpu, detach
 from izo_ref.base.errors import IzoError, OptionError, ShapeError
 from izo_ref.base.options import Options
 from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
-from izo_ref.sequence.frame import Frame, Parts, Pulled, Substep
-from izo_ref.sequence.pull import Pull
+from izo_ref.sequence.frame import Frame, Parts, Substep
+from izo_ref.sequence.pull import PARTS, Pull
 from izo_ref.sequence.rounding import PRECISIONS, Precision, RoundedEnd, round_end, rounded
 
 __all__ = ["Frame", "resolve_sequence"]
@@ -184,46 +184,62 @@ class _Run:
             before = copy_to_cpu("first_proposed", detach(before))
             before = checks.floats("first_proposed", before, start.shape)
             self._pull = Pull(scene, self.pull, rounded(before, self._precision))
-        return Frame.of_start(number, scene, self._pulled())
+        return Frame.of_start(number, scene, None if self._pull is None else self._pull.tangle)
 
     def go_to(self, number: int, frame: Any) -> Frame:
         """Resolve the way from the last end to a proposed frame, pulled apart if that is wanted."""
         shape = self._positions.shape
         frame = checks.floats("positions", copy_to_cpu("positions", detach(frame)), shape)
-        target, pull, stayed = rounded(frame, self._precision), self._pull, None
+        target, pull, tangle = rounded(frame, self._precision), self._pull, None
         if pull is None:
             way = self._walk(target)
-        elif not len(pull.tangle.crossing_edges):
-            way = self._walk(target)
-            pull.finish(target, pull.tangle_at(way.positions), way.parts.reached)
         else:
-            plan = pull.plan(number, self._positions, target)
-            way = self._walk(rounded(plan.proposed, self._precision))
-            while not plan.accepts(way.positions):
-                way = self._walk(rounded(plan.proposed, self._precision))
-            pull.finish(target, plan.tangle, way.parts.reached)
-            stayed = plan.stays
+            way = self._pull_apart(pull, target) if pull.tangle.crossings else self._walk(target)
+            tangle = pull.tangle_at(way.positions)
+            pull.finish(target, tangle, way.parts.reached)
         self._last, self._positions = way.end, way.positions
         whole = copy.copy(way.whole)
         whole.positions_t1 = target if whole.copies is None else target[whole.copies]
-        return way.parts.frame(number, whole, way.positions, way.last, self._pulled(stayed))
+        return way.parts.frame(number, whole, way.positions, way.last, tangle)
 
-    def _pulled(self, stayed: Flags | None = None) -> Pulled | None:
-        """Return what the pull left, or None if there is no pull."""
-        if self._pull is None:
-            return None
-        found = self._pull.tangle
-        nothing = np.empty(0, np.int64)
-        return Pulled(
-            len(found.crossing_edges),
-            len(found.pairs().nodes),
-            nothing if stayed is None else np.flatnonzero(stayed),
+    def _pull_apart(self, pull: Pull, target: Positions) -> _Way:
+        """Return a way to a frame, displaced so that contours shrink, that adds no crossing.
+
+        `sequence/pull.py` says how.
+        """
+        begin, before = self._positions, pull.tangle
+        way = self._walk(pull.displaced(begin, before, pull.before, target, 1.0))
+        if not pull.tangle_at(way.positions).adds_to(before):
+            return way
+        best = way = self._walk(pull.staying(begin, target))
+        least = tangle = pull.tangle_at(way.positions)
+        if least.adds_to(before) and not pull.pinned_move(begin, target):
+            return self._walk(begin)
+        for _ in range(PARTS):
+            if way.parts.reached < 1.0 or not tangle.crossings:
+                break
+            goal = pull.displaced(way.positions, tangle, target, target, 1.0 / PARTS)
+            more = self._walk(goal, way)
+            if more.parts.reached < 1.0:
+                break
+            way = more._replace(whole=way.whole, parts=way.parts.followed_by(more.parts))
+            tangle = pull.tangle_at(way.positions)
+            if not tangle.adds_to(least):
+                best, least = way, tangle
+        return best
+
+    def _walk(self, target: Positions, after: _Way | None = None) -> _Way:
+        """Resolve the way to some positions, in as few substeps as needed.
+
+        Args:
+            target: (n, 3) f8 [m], of any precision.
+            after: The way from whose end on to go; None for that of the last frame.
+        """
+        target = rounded(target, self._precision)
+        last, begin = (
+            (self._last, self._positions) if after is None else (after.end, after.positions)
         )
-
-    def _walk(self, target: Positions) -> _Way:
-        """Resolve the way from the last end to some positions, in as few substeps as needed."""
-        begin, last, positions = self._positions, self._last, self._positions
-        whole, parts = self._scene(last, target), Parts()
+        positions, whole, parts = begin, self._scene(last, target), Parts()
         size, scene = 1.0, whole
         while True:
             result = resolve(scene, self._thickness, self._device, self._options)
