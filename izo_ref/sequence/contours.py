@@ -22,7 +22,10 @@ boundary, there is one face, and so the contour gets shorter at its end; no insi
 **The region** (after Baraff, Witkin and Kass). Take away all edges that go through a face. If the
 two ends of such an edge are then in different regions, the contour cuts the surface in two, and the
 region with less area should go back through the face: the end in it moves along the normal of the
-face to the side of the other end. Regions with pinned vertices count as larger ones.
+face to the side of the other end. That is a direction of two surfaces relative to each other, so it
+does not matter which vertices are pinned. A contour that ends less than an edge from the boundary
+does not cut the surface, but nearly: where both ends are in one region, all edges at the ends of
+those that go through faces are taken away as well, and the ends count as their neighbours do.
 
 **Their means over the contour.** In a flat surface, the gradient is zero inside a contour, and a
 noisy mesh has a noisy gradient. So the mean of each of the two over the contour is added, stretched
@@ -40,7 +43,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInts, Edges, Faces, Flags, Floats, Indices, Positions
+from izo_ref.base.arrays import AnyInts, Edges, Faces, Floats, Indices, Positions
 from izo_ref.detection.serial.components import number_components
 
 # Cosine of the angle of an edge and the normal of its face, below which it is taken as this number.
@@ -48,6 +51,9 @@ LEAST_SLOPE = 0.01
 # A mean over a contour that is shorter than this tells little, so it is not stretched to a unit
 # vector, but divided by this number.
 LEAST_MEAN = 0.05
+# Vertices at edges that are cut belong to the region of a neighbour that is at most so many edges
+# away.
+RINGS_OF_A_CUT = 2
 
 
 class Contours(NamedTuple):
@@ -76,14 +82,12 @@ class ContourFinder:
     Args:
         edges: (k, 2) i4, each edge once, the lower vertex first.
         faces: (m, 3) i4.
-        pinned: (n_vertices,) b1.
+        n_vertices: Number of vertices of the mesh.
     """
 
-    def __init__(self, edges: Edges, faces: Faces, pinned: Flags) -> None:
+    def __init__(self, edges: Edges, faces: Faces, n_vertices: int) -> None:
         """Sort the sides of the faces by their vertices."""
-        self._edges, self._faces, self._n = edges, faces, len(pinned)
-        # any pinned vertex outweighs all areas without one
-        self._heavy = np.where(pinned, float(len(pinned)), 1.0)
+        self._edges, self._faces, self._n = edges, faces, n_vertices
         keys = np.concatenate([self._keys(faces[:, [k, (k + 1) % 3]]) for k in range(3)])
         order = np.argsort(keys, kind="stable")
         self._side_keys, self._side_faces = keys[order], order % max(len(faces), 1)
@@ -147,12 +151,21 @@ class ContourFinder:
     def _region_signs(self, positions: Positions, edges: Edges) -> Floats:
         """Return 1 if the first end of an edge is in the smaller region, -1 if the second is."""
         kept = self._edges[~np.isin(self._keys(self._edges), self._keys(edges))]
-        region, count = number_components(self._n, _links(kept))
         area = np.repeat(np.linalg.norm(_area_vectors(positions[self._faces]), axis=1), 3)
-        areas = np.bincount(self._faces.ravel(), area, self._n) * self._heavy
+        areas = np.bincount(self._faces.ravel(), area, self._n)
+        region, count = number_components(self._n, _links(kept))
+        signs = _smaller_ends(region, np.bincount(region, areas, count), edges)
+        at = np.zeros(self._n, bool)
+        at[edges] = True
+        region, count = number_components(self._n, _links(kept[~at[kept].any(axis=1)]))
         size = np.bincount(region, areas, count)
-        first, second = region[edges[:, 0]], region[edges[:, 1]]
-        return np.asarray(np.sign(size[second] - size[first]), np.float64)
+        region[at] = count
+        ends = np.concatenate((kept, kept[:, ::-1]))
+        for _ in range(RINGS_OF_A_CUT):
+            to_known = ends[(region[ends[:, 0]] == count) & (region[ends[:, 1]] < count)]
+            np.minimum.at(region, to_known[:, 0], region[to_known[:, 1]])
+        wider = _smaller_ends(region, np.append(size, np.nan), edges)
+        return np.where(signs == 0.0, np.nan_to_num(wider), signs)
 
     def _sides(self, faces: Faces, row: Indices, around: Indices, n: int) -> Indices:
         """Return the surface of the edge and of the face of each crossing, (2 n,) i8, in turn.
@@ -198,6 +211,12 @@ def _weights(start: Positions, along: Floats, corners: Floats) -> tuple[Floats, 
     return np.column_stack((1.0 - share, share)), inside
 
 
+def _smaller_ends(region: Indices, size: Floats, edges: Edges) -> Floats:
+    """Return 1 if the first end of an edge is in the smaller region, -1 if the second is, or 0."""
+    first, second = size[region[edges]].T
+    return np.asarray(np.sign(second - first), np.float64)
+
+
 def _mean_direction(directions: Floats, sides: Indices) -> Floats:
     """Return the direction of the mean over each contour, in the sense of each crossing's edge."""
     n = int(sides.max(initial=-1)) + 1
@@ -215,7 +234,8 @@ def _links(pairs: AnyInts) -> Faces:
 
 def _sums(rows: Indices, vectors: Floats, n: int) -> Floats:
     """Return the sum of the vectors of each row, (n, 3), added in their order."""
-    return np.column_stack([np.bincount(rows, vectors[:, k], n) for k in range(3)])
+    sums = [np.bincount(rows, vectors[:, k], n) for k in range(3)]
+    return np.column_stack(sums).astype(np.float64)
 
 
 def _dot(a: Floats, b: Floats) -> Floats:

@@ -34,7 +34,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref.base.arrays import Flags, Floats, Indices, Positions
+from izo_ref.base.arrays import Edges, Flags, Floats, Indices, Positions
 from izo_ref.base.sizes import path_in_range
 from izo_ref.detection.intersections import Intersections, find_intersections
 from izo_ref.scene import Scene
@@ -81,7 +81,7 @@ class Pull:
     def __init__(self, scene: Scene, bound: float, before: Positions) -> None:
         """Find what is tangled at the start of a step."""
         self._scene, self.bound, self.before = scene, bound, before
-        self._finder = ContourFinder(scene.edges, scene.faces, scene.pinned)
+        self._finder = ContourFinder(scene.edges, scene.faces, len(scene.pinned))
         self.tangle: Tangle = self.tangle_at(scene.positions_t0)
 
     def tangle_at(self, positions: Positions) -> Tangle:
@@ -92,16 +92,15 @@ class Pull:
         found = found.unprescribed(scene.pinned)
         return Tangle(found, len(found.crossing_edges), len(found.pairs().nodes))
 
-    def finish(self, target: Positions, tangle: Tangle, reached: float) -> None:
+    def finish(self, before: Positions, tangle: Tangle) -> None:
         """Go on to the next frame.
 
         Args:
-            target: (n, 3) f8 [m], the proposed positions of this one, without a displacement.
+            before: (n, 3) f8 [m], the proposed positions of this one, without a displacement; or
+                where it ended, if that is not near them, because it is blocked.
             tangle: What is tangled at its end.
-            reached: Fraction of the way to its end that was gone; less than 1 if it is blocked.
         """
-        gone = self.before + reached * (target - self.before)
-        self.before, self.tangle = target if reached == 1.0 else gone, tangle
+        self.before, self.tangle = before, tangle
 
     def displaced(
         self, start: Positions, tangle: Tangle, before: Positions, target: Positions, share: float
@@ -161,7 +160,7 @@ class _Rings:
         owner: (n,) i8, the contour that the vertex follows; -1 outside of the rings.
     """
 
-    def __init__(self, edges: Indices, moves: Floats, at: Flags, owner: Indices) -> None:
+    def __init__(self, edges: Edges, moves: Floats, at: Flags, owner: Indices) -> None:
         """Let the vertices of each ring follow their neighbours in the ring before.
 
         Args:

@@ -81,7 +81,7 @@ def resolve_sequence(
             usual. It needs `initial_intersections="ratchet"`; pairs that come apart are protected
             as long as no contour comes back to them.
         first_proposed: (n, 3) [m], what was proposed for the first frame, if that is the last
-            resolved one of a run with a pull; None if it was proposed as it is.
+            resolved one of a run with a pull; None if it was proposed as it is, or was blocked.
 
     Yields:
         A `Frame` for each frame.
@@ -196,7 +196,7 @@ class _Run:
         else:
             way = self._pull_apart(pull, target) if pull.tangle.crossings else self._walk(target)
             tangle = pull.tangle_at(way.positions)
-            pull.finish(target, tangle, way.parts.reached)
+            pull.finish(target if way.parts.reached == 1.0 else way.positions, tangle)
         self._last, self._positions = way.end, way.positions
         whole = copy.copy(way.whole)
         whole.positions_t1 = target if whole.copies is None else target[whole.copies]
