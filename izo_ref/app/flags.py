@@ -51,7 +51,7 @@ def _metres(word: str) -> float:
         ) from None
 
 
-_ARGUMENTS = ("thickness", "device", "selection", "relinearize", "max_seconds", "weld")
+_ARGUMENTS = ("thickness", "device", "selection", "relinearize", "max_seconds", "weld", "pull")
 
 
 def with_flags(message: str) -> str:

@@ -187,6 +187,14 @@ def _add_sequence(commands: Commands) -> None:
         help="largest number of steps into which a blocked frame is cut (default: %(default)s)",
     )
     command.add_argument(
+        "--pull",
+        type=float,
+        default=0.0,
+        metavar="D",
+        help="take what is tangled apart, frame by frame, by at most this distance a frame, in the "
+        "unit of IN; about the length of an edge (default: 0, nothing is pulled)",
+    )
+    command.add_argument(
         "--device",
         default="cpu",
         choices=("cpu", "cuda", "auto"),

@@ -125,13 +125,13 @@ class _Input:
         """Return what the run is about, as JSON."""
         args = self._args
         paths = (args.animation, args.topology, args.obstacle)
-        names = ("thickness", "device", "max_substeps", "initial_intersections", "prescribed")
+        names = ("thickness", "device", "max_substeps", "pull", "initial_intersections")
         return {
             "version": __version__,
             "inputs": digest_of(path for path in paths if path is not None),
             "range": [self.first, self.last],
             "pin": sorted(args.pin),
-            **{name: getattr(args, name) for name in (*names, "weld")},
+            **{name: getattr(args, name) for name in (*names, "prescribed", "weld")},
         }
 
     def _mesh(self) -> tuple[Faces, Flags]:
@@ -178,11 +178,13 @@ class _Input:
         if n_kept == self.last - self.first + 1:
             return
         begin = self.first + max(n_kept - 1, 0)
-        frames = self._frames(begin)
+        frames, proposed = self._frames(begin), None
         if n_kept:
             last = kept.read(begin)
             thickness = last.report["thickness"] or thickness
             frames = _with_first(last.positions, self._frames(begin + 1))
+            if args.pull > 0.0 and last.report["reached"] == 1.0:
+                proposed = next(self._frames(begin))
         resolved = resolve_sequence(
             frames,
             faces,
@@ -193,6 +195,8 @@ class _Input:
             precision=self._own.precision if self._is_exact else self._as_written,
             max_substeps=args.max_substeps,
             first=begin,
+            pull=args.pull,
+            first_proposed=proposed,
             **scene_modes(args),
         )
         before = time.perf_counter()
@@ -249,6 +253,7 @@ def _report(frame: Frame, seconds: float) -> dict[str, Any]:
         "objective": frame.objective,
         "thickness": None if frame.result is None else frame.result.thickness,
         "excluded": frame.excluded,
+        "crossings": frame.crossings,
         "nudged": len(frame.nudged),
         "held": len(frame.held),
         "seconds": round(seconds, 3),
@@ -286,6 +291,11 @@ def ending(reports: list[dict[str, Any]]) -> tuple[int, list[str]]:
     if excluded[0] or excluded[-1]:
         lines.append(
             f"pairs that are left out: {excluded[0]} at the start, {excluded[-1]} at the end"
+        )
+    crossings = [report["crossings"] for report in reports]
+    if crossings[0]:
+        lines.append(
+            f"edges that go through faces: {crossings[0]} at the start, {crossings[-1]} at the end"
         )
     for report in blocked:
         first = report["meeting"][0]

@@ -2,70 +2,26 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from izo_ref.base import checks
-from izo_ref.base.arrays import Indices, Positions
+from izo_ref.base.arrays import Positions
 from izo_ref.base.devices import copy_to_cpu, detach
 from izo_ref.base.errors import IzoError, OptionError, ShapeError
 from izo_ref.base.options import Options
-from izo_ref.base.records import Exclusion, Pairs, PairState, Status
-from izo_ref.certificate.certify import PathCertificate
-from izo_ref.loop.resolve import Result, resolve
+from izo_ref.loop.resolve import resolve
 from izo_ref.scene import Scene
+from izo_ref.sequence.frame import Frame, Parts, Substep
+from izo_ref.sequence.pull import PARTS, Pull
 from izo_ref.sequence.rounding import PRECISIONS, Precision, RoundedEnd, round_end, rounded
-from izo_ref.zones.objective import objective
+
+__all__ = ["Frame", "resolve_sequence"]
 
 MAX_SUBSTEPS = 64  # limit that the caller may raise `max_substeps` to
-# From the best to the worst; a frame has the worst of its substeps.
-ORDER = (Status.FREE, Status.FREE_BY_FALLBACK, Status.FREE_EXCEPT_EXCLUDED, Status.BLOCKED)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Frame:
-    """A resolved frame of a sequence.
-
-    Attributes:
-        number: Number of the frame, from 0, which is the start.
-        positions: (n, 3) f8 [m], end of the path of this frame; each number is a float of the
-            precision that was asked for.
-        status: The worst status of its substeps. `BLOCKED` if the frame ends before the proposed
-            one is reached; the next frame goes on from there.
-        reached: Fraction of the way to the proposed frame that was gone, 1 unless it is blocked.
-        substeps: Number of steps into which the way was cut; 0 for the start.
-        impacts: Number of impacts in the zones of all substeps.
-        objective: sum m |x - y|^2 / sum m over the unpinned vertices [m^2].
-        excluded: Number of pairs that are left out at the end of the frame, because they were never
-            apart since the start.
-        nudged: (k,) i8, vertices that rounding alone would have put in contact, and that ended a
-            few floats away.
-        held: (k,) i8, vertices that stayed at the start of a substep, because rounding left them no
-            free end near the answer.
-        meeting: The pairs that block the frame; None if it is not blocked.
-        meeting_toi: (k,) f8, fraction of the way at which each of them meets.
-        result: Result of the last substep before rounding; None for the start.
-        certificate: Certificate of the path of the last substep, to `positions`; None for the
-            start.
-    """
-
-    number: int
-    positions: Positions
-    status: Status
-    reached: float
-    substeps: int
-    impacts: int
-    objective: float
-    excluded: int
-    nudged: Indices
-    held: Indices
-    meeting: Pairs | None
-    meeting_toi: Any
-    result: Result | None
-    certificate: PathCertificate | None
 
 
 def resolve_sequence(
@@ -83,6 +39,8 @@ def resolve_sequence(
     initial_intersections: str = "ratchet",
     prescribed: str = "exclude",
     weld: float | None = None,
+    pull: float = 0.0,
+    first_proposed: Any = None,
 ) -> Iterator[Frame]:
     """Resolve each frame from the resolved frame before it.
 
@@ -93,7 +51,12 @@ def resolve_sequence(
     Memory does not grow with the number of frames, since each is taken when it is asked for.
 
     A sequence can be resumed: with the last resolved frame in front of the proposed ones that
-    follow, and `first` as its number, all later frames are the same, bit for bit.
+    follow, and `first` as its number, all later frames are the same, bit for bit. With a pull,
+    `first_proposed` has to be passed, too.
+
+    With `pull`, what is tangled comes apart from frame to frame: proposed positions at contours
+    are displaced so that the contours shrink (`sequence/pull.py`). No frame has more crossings
+    than the frame before, unless the motion of pinned vertices adds them.
 
     Args:
         frames: The frames, (n, 3) [m] each; from the second one on, proposed positions.
@@ -113,6 +76,12 @@ def resolve_sequence(
             left out until they are apart at the end of a step; their number never grows.
         prescribed: As for `Scene`.
         weld: As for `Scene`.
+        pull: Largest distance by which the proposed position of a vertex is displaced in a frame,
+            in addition to the frames before [m]; 0 for no pull. About the length of an edge is
+            usual. It needs `initial_intersections="ratchet"`; pairs that come apart are protected
+            as long as no contour comes back to them.
+        first_proposed: (n, 3) [m], what was proposed for the first frame, if that is the last
+            resolved one of a run with a pull; None if it was proposed as it is, or was blocked.
 
     Yields:
         A `Frame` for each frame.
@@ -128,8 +97,10 @@ def resolve_sequence(
         raise OptionError(
             f"max_substeps: expected a power of two up to {MAX_SUBSTEPS}, got {max_substeps!r}"
         )
+    pull = _checked_pull(pull, initial_intersections)
     modes = {"initial_intersections": initial_intersections, "prescribed": prescribed, "weld": weld}
     run = _Run(faces, masses, pinned, modes, thickness, device, options, precision, max_substeps)
+    run.pull, run.first_proposed = pull, first_proposed
     empty = True
     for number, frame in enumerate(frames, first):
         try:
@@ -142,6 +113,18 @@ def resolve_sequence(
         raise ShapeError("frames: expected at least one frame, found none")
 
 
+def _checked_pull(pull: Any, initial_intersections: str) -> float:
+    """Return the bound of a pull as a float, or raise an `OptionError`."""
+    if not isinstance(pull, (int, float)) or isinstance(pull, bool) or not 0.0 <= pull < np.inf:
+        raise OptionError(f"pull: expected a finite number of metres >= 0, got {pull!r}")
+    if pull > 0.0 and initial_intersections != "ratchet":
+        raise OptionError(
+            "pull: expected initial_intersections='ratchet', which lets a start be tangled, got "
+            f"{initial_intersections!r}"
+        )
+    return float(pull)
+
+
 class _End:
     """Where the last free substep ended; `Scene.after` takes it as a result."""
 
@@ -149,8 +132,23 @@ class _End:
         self.scene, self.positions, self.certificate = scene, end.positions, end.certificate
 
 
+class _Way(NamedTuple):
+    """The way from the end of a frame to the end of the next one."""
+
+    whole: Scene  # the step without substeps
+    parts: Parts
+    last: Substep
+    end: _End | None  # where the last free substep ended; None if there is none yet
+    positions: Positions  # (n, 3) f8 [m], the same place
+
+
 class _Run:
-    """A run through the frames of a sequence."""
+    """A run through the frames of a sequence.
+
+    Attributes:
+        pull: Largest displacement of a vertex in a frame [m].
+        first_proposed: What was proposed for the first frame, or None.
+    """
 
     def __init__(
         self,
@@ -167,6 +165,8 @@ class _Run:
         self._mesh, self._modes = (faces, masses, pinned), modes
         self._thickness, self._device, self._options = thickness, device, options
         self._precision, self._max_substeps = precision, max_substeps
+        self.pull, self.first_proposed = 0.0, None
+        self._pull: Pull | None = None
         self._last: _End | None = None
         self._positions: Positions = np.empty((0, 3))
 
@@ -174,39 +174,79 @@ class _Run:
         """Check the first frame, and return it rounded."""
         start = checks.floats("positions", copy_to_cpu("positions", detach(frame)), (None, 3))
         start = rounded(start, self._precision)
+        if self.pull > 0.0:
+            # each frame leaves out what crosses at its start; `Pull` lets no crossing be added
+            self._modes["initial_intersections"] = "exclude"
         scene = Scene(start, start, *self._mesh, **self._modes)
         self._positions = scene.positions_t0
-        excluded = scene.excluded
-        return Frame(
-            number=number,
-            positions=self._positions,
-            status=Status.FREE if excluded is None else Status.FREE_EXCEPT_EXCLUDED,
-            reached=1.0,
-            substeps=0,
-            impacts=0,
-            objective=0.0,
-            excluded=0 if excluded is None else len(excluded.nodes),
-            nudged=np.empty(0, np.int64),
-            held=np.empty(0, np.int64),
-            meeting=None,
-            meeting_toi=np.empty(0),
-            result=None,
-            certificate=None,
-        )
+        if self.pull > 0.0:
+            before = start if self.first_proposed is None else self.first_proposed
+            before = copy_to_cpu("first_proposed", detach(before))
+            before = checks.floats("first_proposed", before, start.shape)
+            self._pull = Pull(scene, self.pull, rounded(before, self._precision))
+        return Frame.of_start(number, scene, None if self._pull is None else self._pull.tangle)
 
     def go_to(self, number: int, frame: Any) -> Frame:
-        """Resolve the way from the last end to a proposed frame, in as few substeps as needed."""
-        begin = self._positions
-        frame = checks.floats("positions", copy_to_cpu("positions", detach(frame)), begin.shape)
-        target = rounded(frame, self._precision)
-        whole, parts = self._scene(target), _Parts()
+        """Resolve the way from the last end to a proposed frame, pulled apart if that is wanted."""
+        shape = self._positions.shape
+        frame = checks.floats("positions", copy_to_cpu("positions", detach(frame)), shape)
+        target, pull, tangle = rounded(frame, self._precision), self._pull, None
+        if pull is None:
+            way = self._walk(target)
+        else:
+            way = self._pull_apart(pull, target) if pull.tangle.crossings else self._walk(target)
+            tangle = pull.tangle_at(way.positions)
+            pull.finish(target if way.parts.reached == 1.0 else way.positions, tangle)
+        self._last, self._positions = way.end, way.positions
+        whole = copy.copy(way.whole)
+        whole.positions_t1 = target if whole.copies is None else target[whole.copies]
+        return way.parts.frame(number, whole, way.positions, way.last, tangle)
+
+    def _pull_apart(self, pull: Pull, target: Positions) -> _Way:
+        """Return a way to a frame, displaced so that contours shrink, that adds no crossing.
+
+        `sequence/pull.py` says how.
+        """
+        begin, before = self._positions, pull.tangle
+        way = self._walk(pull.displaced(begin, before, pull.before, target, 1.0))
+        if not pull.tangle_at(way.positions).adds_to(before):
+            return way
+        best = way = self._walk(pull.staying(begin, target))
+        least = tangle = pull.tangle_at(way.positions)
+        if least.adds_to(before) and not pull.pinned_move(begin, target):
+            return self._walk(begin)
+        for _ in range(PARTS):
+            if way.parts.reached < 1.0 or not tangle.crossings:
+                break
+            goal = pull.displaced(way.positions, tangle, target, target, 1.0 / PARTS)
+            more = self._walk(goal, way)
+            if more.parts.reached < 1.0:
+                break
+            way = more._replace(whole=way.whole, parts=way.parts.followed_by(more.parts))
+            tangle = pull.tangle_at(way.positions)
+            if not tangle.adds_to(least):
+                best, least = way, tangle
+        return best
+
+    def _walk(self, target: Positions, after: _Way | None = None) -> _Way:
+        """Resolve the way to some positions, in as few substeps as needed.
+
+        Args:
+            target: (n, 3) f8 [m], of any precision.
+            after: The way from whose end on to go; None for that of the last frame.
+        """
+        target = rounded(target, self._precision)
+        last, begin = (
+            (self._last, self._positions) if after is None else (after.end, after.positions)
+        )
+        positions, whole, parts = begin, self._scene(last, target), Parts()
         size, scene = 1.0, whole
         while True:
             result = resolve(scene, self._thickness, self._device, self._options)
             self._thickness = result.thickness
             end = round_end(scene, result, self._precision, self._device)
             if end.certificate.free:
-                self._last, self._positions = _End(scene, end), end.positions
+                last, positions = _End(scene, end), end.positions
                 parts.add(result, end, size)
                 if parts.reached == 1.0:
                     break
@@ -216,87 +256,11 @@ class _Run:
                 break
             goal = begin + (parts.reached + size) * (target - begin)
             at_end = parts.reached + size == 1.0
-            scene = self._scene(target if at_end else rounded(goal, self._precision))
-        return parts.frame(number, whole, self._positions, result, end, size)
+            scene = self._scene(last, target if at_end else rounded(goal, self._precision))
+        return _Way(whole, parts, Substep(result, end, size), last, positions)
 
-    def _scene(self, proposed: Any) -> Scene:
+    def _scene(self, last: _End | None, proposed: Any) -> Scene:
         """Return the step from the last end to proposed positions."""
-        if self._last is None:
+        if last is None:
             return Scene(self._positions, proposed, *self._mesh, **self._modes)
-        return self._last.scene.after(self._last, proposed)
-
-
-class _Parts:
-    """The substeps of a frame that are free."""
-
-    def __init__(self) -> None:
-        self.reached, self._results, self._ends = 0.0, list[Result](), list[RoundedEnd]()
-
-    def add(self, result: Result, end: RoundedEnd, size: float) -> None:
-        """Add a substep that goes a fraction of the way."""
-        self.reached += size
-        self._results.append(result)
-        self._ends.append(end)
-
-    def frame(
-        self,
-        number: int,
-        whole: Scene,
-        positions: Positions,
-        result: Result,
-        end: RoundedEnd,
-        size: float,
-    ) -> Frame:
-        """Return the frame.
-
-        Args:
-            number: Number of the frame.
-            whole: The step without substeps.
-            positions: (n, 3) f8 [m], end of the last free substep.
-            result: The result of the last substep, which is blocked if the frame is.
-            end: Its rounded end.
-            size: Fraction of the way that it goes.
-        """
-        blocked = self.reached < 1.0
-        statuses = [_status(*pair) for pair in zip(self._results, self._ends, strict=True)]
-        if blocked:
-            statuses.append(Status.BLOCKED)
-        certificate = end.certificate
-        return Frame(
-            number=number,
-            positions=positions,
-            status=max(statuses, key=ORDER.index),
-            reached=self.reached,
-            substeps=len(self._results),
-            impacts=sum(len(part.impacts.toi) for part in self._results),
-            objective=objective(whole, positions),
-            excluded=_left_out(self._ends[-1].certificate) if self._ends else 0,
-            nudged=_all_of([part.nudged for part in self._ends]),
-            held=_all_of([part.held for part in self._ends]),
-            meeting=certificate.meeting if blocked else None,
-            meeting_toi=self.reached + size * certificate.meeting_toi if blocked else np.empty(0),
-            result=result,
-            certificate=certificate,
-        )
-
-
-def _status(result: Result, end: RoundedEnd) -> Status:
-    """Return the status of a free substep after rounding."""
-    if end.certificate.excluded is not None:
-        return Status.FREE_EXCEPT_EXCLUDED
-    if result.status is Status.FREE and not len(end.held):
-        return Status.FREE
-    return Status.FREE_BY_FALLBACK
-
-
-def _left_out(certificate: PathCertificate) -> int:
-    """Return how many pairs are not apart at the end, and have not been since the start."""
-    excluded = certificate.excluded
-    if excluded is None:
-        return 0
-    own = excluded.reasons != Exclusion.PRESCRIBED
-    return int(np.count_nonzero(own & (certificate.excluded_ends != PairState.APART)))
-
-
-def _all_of(parts: list[Indices]) -> Indices:
-    return np.unique(np.concatenate(parts)) if parts else np.empty(0, np.int64)
+        return last.scene.after(last, proposed)

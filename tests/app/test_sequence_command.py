@@ -14,6 +14,7 @@ from izo_ref.base.errors import FileFormatError
 from izo_ref.base.whole_files import lock
 from izo_ref.formats.animation import open_animation, triangles
 from tests.helpers.shapes import two_sheets
+from validation.scenes.tangles import crossed_corner
 
 N_FRAMES = 6
 
@@ -21,6 +22,20 @@ N_FRAMES = 6
 def run(*words):
     """Run the command in this process and return its exit code."""
     return main([str(word) for word in words])
+
+
+def stop_after(last, monkeypatch):
+    """Interrupt the command after a frame is kept; return the list of the frames that are."""
+    resolved, write = [], KeptFrames.write
+
+    def write_and_stop(self, number, positions, report):
+        resolved.append(number)
+        write(self, number, positions, report)
+        if number == last:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(KeptFrames, "write", write_and_stop)
+    return resolved
 
 
 @pytest.fixture
@@ -62,15 +77,7 @@ def test_the_animation_is_resolved_and_written_as_it_was_read(sheets, capsys):
 
 def test_a_run_that_is_stopped_goes_on_at_the_last_whole_frame(sheets, monkeypatch):
     assert run("sequence", sheets / "both.npz", "-o", sheets / "whole.npz") == 0
-    resolved, write = [], KeptFrames.write
-
-    def stop_after_3(self, number, positions, report):
-        resolved.append(number)
-        write(self, number, positions, report)
-        if number == 3:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(KeptFrames, "write", stop_after_3)
+    resolved = stop_after(3, monkeypatch)
     words = "sequence", sheets / "both.npz", "-o", sheets / "out.npz"
     with pytest.raises(KeyboardInterrupt):
         run(*words)
@@ -120,9 +127,30 @@ def test_frames_before_the_start_stay_and_those_after_the_stop_are_left_out(shee
     assert np.array_equal(before[:2], after[:2])
 
 
+def test_what_is_tangled_is_pulled_apart_and_a_stopped_run_goes_on(tmp_path, monkeypatch, capsys):
+    tangle = crossed_corner()
+    frames = np.repeat(tangle.positions_t0[None].astype(np.float32), 9, axis=0)
+    path, report = tmp_path / "in.npz", tmp_path / "report.json"
+    np.savez(path, positions=frames, faces=tangle.faces)
+    words = "sequence", path, "--pull", "0.06", "--json", report
+    assert run(*words, "-o", tmp_path / "whole.npz") == 0
+    crossings = [frame["crossings"] for frame in json.loads(report.read_text())["frames"]]
+    assert crossings[0] > 20
+    assert crossings[-1] == 0
+    said = f"edges that go through faces: {crossings[0]} at the start, 0 at the end"
+    assert said in capsys.readouterr().out
+    stop_after(3, monkeypatch)
+    with pytest.raises(KeyboardInterrupt):
+        run(*words, "-o", tmp_path / "out.npz")
+    monkeypatch.undo()
+    assert run(*words, "-o", tmp_path / "out.npz") == 0
+    assert (tmp_path / "out.npz").read_bytes() == (tmp_path / "whole.npz").read_bytes()
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
+        (("--pull", "-1"), "--pull: expected a finite number of metres >= 0, got -1.0"),
         (("--start", "4", "--stop", "2"), "expected --start and --stop from 0 to 5"),
         (("--stop", "6"), "expected --start and --stop from 0 to 5"),
         (("--pin", "shirt"), "--pin: expected names of meshes"),
