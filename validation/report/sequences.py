@@ -93,7 +93,7 @@ def page(rows_folder: Path, output: Path) -> Path:
     Returns:
         Path of the page.
     """
-    rows = {name: read(rows_folder, name) for name in PARTS}
+    rows = {name: _sorted(read(rows_folder, name)) for name in PARTS}
     made = runs_of(rows_folder, (row for part in rows.values() for row in part))
     sections = (
         "# Animations",
@@ -106,6 +106,12 @@ def page(rows_folder: Path, output: Path) -> Path:
         section("Memory", MEMORY_INTRO, MEMORY, rows["memory"]),
     )
     return write_page(output / "README.md", [text for text in sections if text])
+
+
+def _sorted(rows: list[Row]) -> list[Row]:
+    """Return rows by animation and format, or by scene, pull and frame; others as they are."""
+    names = ("animation", "format", "scene", "pull_edges", "frame")
+    return sorted(rows, key=lambda row: [row[name] for name in names if name in row])
 
 
 def _format_columns() -> Columns:
