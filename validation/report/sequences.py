@@ -201,13 +201,16 @@ def _tangle_headlines(rows: list[Row]) -> list[Headline]:
         (row["met_by_ipctk"] or 0) + row["crossing_by_fcl"] for row in rows if row["frame"] == last
     )
     judged = sum(row["judged"] for row in rows if row["frame"] == last)
-    grown = max(row["grown"] for row in rows)
+    pulled, others = (
+        max((row["grown"] for row in rows if bool(row["pull_edges"]) is has_pull), default=0)
+        for has_pull in (True, False)
+    )
     return [
         Headline(
             f"Protected pairs of tangled starts that meet within {last} frames",
             f"{broken} in {judged} paths",
-            f"Judged by ipctk and python-fcl. The number of crossings rose by at most {grown} in a "
-            f"frame. Crossings: {'; '.join(parts)}.",
+            "Judged by ipctk and python-fcl. The number of crossings rose by at most "
+            f"{pulled} in a frame with a pull, and by {others} without. Crossings: {'; '.join(parts)}.",
         )
     ]
 
