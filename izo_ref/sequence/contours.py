@@ -14,18 +14,19 @@ both, along a unit vector R into that face. Its length changes by -R . dP for ea
     dL = sum -R . u + (R . E) / (N . E) N . (u - v)
 
 For an edge that moves relative to a face at rest, v = 0, so the direction of descent is
-sum R - (R . E) / (N . E) N. It is orthogonal to E, since moving an edge along itself changes
-nothing. Where an edge is nearly parallel to its
-face, N . E is taken as `LEAST_SLOPE`, and the sum is no longer than 1, so nothing overflows. At a
-boundary, there is one face, and so the contour gets shorter at its end; no inside is needed.
+
+    sum R - (R . E) / (N . E) N
+
+It is orthogonal to E, since moving an edge along itself changes nothing. Where an edge is nearly
+parallel to its face, N . E is taken as `LEAST_SLOPE`, and the sum is cut off at the length 1, so
+nothing overflows. At a boundary, there is one face, and so the contour gets shorter at its end; no
+inside is needed.
 
 **The region** (after Baraff, Witkin and Kass). Take away all edges that go through a face. If the
 two ends of such an edge are then in different regions, the contour cuts the surface in two, and the
 region with less area should go back through the face: the end in it moves along the normal of the
 face to the side of the other end. That is a direction of two surfaces relative to each other, so it
-does not matter which vertices are pinned. A contour that ends less than an edge from the boundary
-does not cut the surface, but nearly: where both ends are in one region, all edges at the ends of
-those that go through faces are taken away as well, and the ends count as their neighbours do.
+does not matter which vertices are pinned.
 
 **Their means over the contour.** In a flat surface, the gradient is zero inside a contour, and a
 noisy mesh has a noisy gradient. So the mean of each of the two over the contour is added, stretched
@@ -51,9 +52,6 @@ LEAST_SLOPE = 0.01
 # A mean over a contour that is shorter than this tells little, so it is not stretched to a unit
 # vector, but divided by this number.
 LEAST_MEAN = 0.05
-# Vertices at edges that are cut belong to the region of a neighbour that is at most so many edges
-# away.
-RINGS_OF_A_CUT = 2
 
 
 class Contours(NamedTuple):
@@ -154,18 +152,9 @@ class ContourFinder:
         area = np.repeat(np.linalg.norm(_area_vectors(positions[self._faces]), axis=1), 3)
         areas = np.bincount(self._faces.ravel(), area, self._n)
         region, count = number_components(self._n, _links(kept))
-        signs = _smaller_ends(region, np.bincount(region, areas, count), edges)
-        at = np.zeros(self._n, bool)
-        at[edges] = True
-        region, count = number_components(self._n, _links(kept[~at[kept].any(axis=1)]))
         size = np.bincount(region, areas, count)
-        region[at] = count
-        ends = np.concatenate((kept, kept[:, ::-1]))
-        for _ in range(RINGS_OF_A_CUT):
-            to_known = ends[(region[ends[:, 0]] == count) & (region[ends[:, 1]] < count)]
-            np.minimum.at(region, to_known[:, 0], region[to_known[:, 1]])
-        wider = _smaller_ends(region, np.append(size, np.nan), edges)
-        return np.where(signs == 0.0, np.nan_to_num(wider), signs)
+        first, second = size[region[edges]].T
+        return np.asarray(np.sign(second - first), np.float64)
 
     def _sides(self, faces: Faces, row: Indices, around: Indices, n: int) -> Indices:
         """Return the surface of the edge and of the face of each crossing, (2 n,) i8, in turn.
@@ -209,12 +198,6 @@ def _weights(start: Positions, along: Floats, corners: Floats) -> tuple[Floats, 
     whole = areas.sum(axis=1, keepdims=True)
     inside = np.divide(areas, whole, out=np.full_like(areas, 1.0 / 3.0), where=whole > 0.0)
     return np.column_stack((1.0 - share, share)), inside
-
-
-def _smaller_ends(region: Indices, size: Floats, edges: Edges) -> Floats:
-    """Return 1 if the first end of an edge is in the smaller region, -1 if the second is, or 0."""
-    first, second = size[region[edges]].T
-    return np.asarray(np.sign(second - first), np.float64)
 
 
 def _mean_direction(directions: Floats, sides: Indices) -> Floats:

@@ -22,22 +22,23 @@ def loop(n=20):
     """Return a sheet that is bent to a loop, so that its two ends go through each other.
 
     Its section is the trochoid x = c t - sin t, z = -cos t, which crosses itself where sin t is
-    c t. One end is pinned.
+    c t. The middle is pinned.
     """
     rng = np.random.default_rng(7)
     flat, faces = grid(n, size=1.0)
     angle = 2.7 * (2.0 * flat[:, 0] - 1.0)
-    section = np.column_stack((0.4 * angle - np.sin(angle), 5.0 * flat[:, 1], -np.cos(angle)))
+    across = 5.0 * flat[:, 1] + 0.03 * angle  # half a cell, so that columns do not meet columns
+    section = np.column_stack((0.4 * angle - np.sin(angle), across, -np.cos(angle)))
     positions = section + rng.uniform(-0.01, 0.01, section.shape)
-    return Tangle(positions, faces.astype(np.int32), np.ones(n * n), flat[:, 0] == 0.0)
+    return Tangle(positions, faces.astype(np.int32), np.ones(n * n), np.abs(angle) < 0.2)
 
 
 # name: what makes the tangle, number of frames, pull over the length of an edge, crossings left
 TANGLES = {
-    "corner": (crossed_corner, 10, 0.7, 0),
-    "sheets": (crossed_sheets, 12, 0.7, 0),
-    "shells": (layered_shells, 8, 0.7, 0),
-    "loop": (loop, 12, 1.0, 60),
+    "corner": (crossed_corner, 10, 0.5, 0),
+    "sheets": (crossed_sheets, 10, 0.5, 0),
+    "shells": (layered_shells, 8, 0.5, 0),
+    "loop": (loop, 12, 0.5, 65),
 }
 
 
