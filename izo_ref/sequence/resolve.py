@@ -209,7 +209,7 @@ class _Run:
         """
         begin, before = self._positions, pull.tangle
         way = self._walk(pull.displaced(begin, before, pull.before, target, 1.0))
-        if not pull.tangle_at(way.positions).adds_to(before):
+        if way.parts.reached == 1.0 and not pull.tangle_at(way.positions).adds_to(before):
             return way
         best = way = self._walk(pull.staying(begin, target))
         least = tangle = pull.tangle_at(way.positions)
