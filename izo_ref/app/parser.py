@@ -192,7 +192,7 @@ def _add_sequence(commands: Commands) -> None:
         default=0.0,
         metavar="D",
         help="take what is tangled apart, frame by frame, by at most this distance a frame, in the "
-        "unit of IN; about the length of an edge (default: 0, nothing is pulled)",
+        "unit of IN; about half the length of an edge is usual (default: 0, nothing is pulled)",
     )
     command.add_argument(
         "--device",

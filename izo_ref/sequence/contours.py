@@ -14,18 +14,19 @@ both, along a unit vector R into that face. Its length changes by -R . dP for ea
     dL = sum -R . u + (R . E) / (N . E) N . (u - v)
 
 For an edge that moves relative to a face at rest, v = 0, so the direction of descent is
-sum R - (R . E) / (N . E) N. It is orthogonal to E, since moving an edge along itself changes
-nothing. Where an edge is nearly parallel to its
-face, N . E is taken as `LEAST_SLOPE`, and the sum is no longer than 1, so nothing overflows. At a
-boundary, there is one face, and so the contour gets shorter at its end; no inside is needed.
+
+    sum R - (R . E) / (N . E) N
+
+It is orthogonal to E, since moving an edge along itself changes nothing. Where an edge is nearly
+parallel to its face, N . E is taken as `LEAST_SLOPE`, and the sum is cut off at the length 1, so
+nothing overflows. At a boundary, there is one face, and so the contour gets shorter at its end; no
+inside is needed.
 
 **The region** (after Baraff, Witkin and Kass). Take away all edges that go through a face. If the
 two ends of such an edge are then in different regions, the contour cuts the surface in two, and the
 region with less area should go back through the face: the end in it moves along the normal of the
 face to the side of the other end. That is a direction of two surfaces relative to each other, so it
-does not matter which vertices are pinned. A contour that ends less than an edge from the boundary
-does not cut the surface, but nearly: where both ends are in one region, all edges at the ends of
-those that go through faces are taken away as well, and the ends count as their neighbours do.
+does not matter which vertices are pinned.
 
 **Their means over the contour.** In a flat surface, the gradient is zero inside a contour, and a
 noisy mesh has a noisy gradient. So the mean of each of the two over the contour is added, stretched
@@ -51,9 +52,6 @@ LEAST_SLOPE = 0.01
 # A mean over a contour that is shorter than this tells little, so it is not stretched to a unit
 # vector, but divided by this number.
 LEAST_MEAN = 0.05
-# Vertices at edges that are cut belong to the region of a neighbour that is at most so many edges
-# away.
-RINGS_OF_A_CUT = 2
 
 
 class Contours(NamedTuple):
@@ -154,18 +152,9 @@ class ContourFinder:
         area = np.repeat(np.linalg.norm(_area_vectors(positions[self._faces]), axis=1), 3)
         areas = np.bincount(self._faces.ravel(), area, self._n)
         region, count = number_components(self._n, _links(kept))
-        signs = _smaller_ends(region, np.bincount(region, areas, count), edges)
-        at = np.zeros(self._n, bool)
-        at[edges] = True
-        region, count = number_components(self._n, _links(kept[~at[kept].any(axis=1)]))
         size = np.bincount(region, areas, count)
-        region[at] = count
-        ends = np.concatenate((kept, kept[:, ::-1]))
-        for _ in range(RINGS_OF_A_CUT):
-            to_known = ends[(region[ends[:, 0]] == count) & (region[ends[:, 1]] < count)]
-            np.minimum.at(region, to_known[:, 0], region[to_known[:, 1]])
-        wider = _smaller_ends(region, np.append(size, np.nan), edges)
-        return np.where(signs == 0.0, np.nan_to_num(wider), signs)
+        first, second = size[region[edges]].T
+        return np.asarray(np.sign(second - first), np.float64)
 
     def _sides(self, faces: Faces, row: Indices, around: Indices, n: int) -> Indices:
         """Return the surface of the edge and of the face of each crossing, (2 n,) i8, in turn.
@@ -211,12 +200,6 @@ def _weights(start: Positions, along: Floats, corners: Floats) -> tuple[Floats, 
     return np.column_stack((1.0 - share, share)), inside
 
 
-def _smaller_ends(region: Indices, size: Floats, edges: Edges) -> Floats:
-    """Return 1 if the first end of an edge is in the smaller region, -1 if the second is, or 0."""
-    first, second = size[region[edges]].T
-    return np.asarray(np.sign(second - first), np.float64)
-
-
 def _mean_direction(directions: Floats, sides: Indices) -> Floats:
     """Return the direction of the mean over each contour, in the sense of each crossing's edge."""
     n = int(sides.max(initial=-1)) + 1
@@ -239,7 +222,7 @@ def _sums(rows: Indices, vectors: Floats, n: int) -> Floats:
 
 
 def _dot(a: Floats, b: Floats) -> Floats:
-    return np.asarray((a * b).sum(axis=-1))
+    return np.asarray(np.einsum("...k,...k->...", a, b))
 
 
 def _area_vectors(corners: Floats) -> Floats:
@@ -248,11 +231,12 @@ def _area_vectors(corners: Floats) -> Floats:
 
 def _unit(vectors: Floats) -> Floats:
     """Return unit vectors; zero stays zero."""
-    scale = np.abs(vectors).max(axis=1, keepdims=True)
-    scaled = np.divide(vectors, scale, out=np.zeros_like(vectors), where=scale > 0.0)
-    length = np.linalg.norm(scaled, axis=1, keepdims=True)
-    return np.divide(scaled, length, out=np.zeros_like(scaled), where=length > 0.0)
+    x, y, z = np.abs(vectors).T  # reducing along a short axis takes several times as long
+    scale = np.maximum(np.maximum(x, y), z)[:, None]
+    scaled = vectors / np.where(scale > 0.0, scale, 1.0)
+    length = np.sqrt(_dot(scaled, scaled))[:, None]
+    return np.asarray(scaled / np.where(length > 0.0, length, 1.0))
 
 
 def _no_longer_than_1(vectors: Floats) -> Floats:
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1.0)
+    return vectors / np.maximum(np.sqrt(_dot(vectors, vectors))[:, None], 1.0)

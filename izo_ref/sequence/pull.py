@@ -140,7 +140,8 @@ class Pull:
     def _around(self, start: Positions, tangle: Tangle) -> _Rings:
         """Return the displacements around the contours at some positions."""
         scene, found = self._scene, tangle.found
-        contours = self._finder.find(start, found.crossing_edges, found.crossed_faces)
+        ends = path_in_range(scene, start)[1]
+        contours = self._finder.find(ends, found.crossing_edges, found.crossed_faces)
         moves, at = _displacements(contours, scene.masses, scene.pinned)
         return _Rings(scene.edges, moves, at, _owners(contours, len(at)))
 

@@ -77,9 +77,9 @@ def resolve_sequence(
         prescribed: As for `Scene`.
         weld: As for `Scene`.
         pull: Largest distance by which the proposed position of a vertex is displaced in a frame,
-            in addition to the frames before [m]; 0 for no pull. About the length of an edge is
-            usual. It needs `initial_intersections="ratchet"`; pairs that come apart are protected
-            as long as no contour comes back to them.
+            in addition to the frames before [m]; 0 for no pull. About half the length of an edge
+            is usual. It needs `initial_intersections="ratchet"`. Pairs that come apart are then
+            protected as long as no contour comes back to them.
         first_proposed: (n, 3) [m], what was proposed for the first frame, if that is the last
             resolved one of a run with a pull; None if it was proposed as it is, or was blocked.
 
@@ -209,7 +209,7 @@ class _Run:
         """
         begin, before = self._positions, pull.tangle
         way = self._walk(pull.displaced(begin, before, pull.before, target, 1.0))
-        if not pull.tangle_at(way.positions).adds_to(before):
+        if way.parts.reached == 1.0 and not pull.tangle_at(way.positions).adds_to(before):
             return way
         best = way = self._walk(pull.staying(begin, target))
         least = tangle = pull.tangle_at(way.positions)
