@@ -210,7 +210,8 @@ def _tangle_headlines(rows: list[Row]) -> list[Headline]:
             f"Protected pairs of tangled starts that meet within {last} frames",
             f"{broken} in {judged} paths",
             "Judged by ipctk and python-fcl. The number of crossings rose by at most "
-            f"{pulled} in a frame with a pull, and by {others} without. Crossings: {'; '.join(parts)}.",
+            f"{pulled} in a frame with a pull, and by {others} without. Crossings: "
+            f"{'; '.join(parts)}.",
         )
     ]
 

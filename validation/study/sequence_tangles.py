@@ -26,7 +26,7 @@ from validation.study.sequence_judges import meeting_by_ipctk, new_rows, unexpla
 
 KEYS = ("scene", "pull_edges", "frame")
 COUNTED = (0, 1, 10, 50)  # frames after which crossings are counted for a row
-PULLS = (0.0, 1.0)  # of a frame, in median edge lengths; 0 is without it
+PULLS = (0.0, 0.5)  # of a frame, in median edge lengths; 0 is without it
 SWAY = 0.5  # angle by which what sways goes on in a frame [rad]
 JUDGED_ALL = 5_000  # triangles up to which each path is judged, and not those of COUNTED alone
 
