@@ -117,7 +117,7 @@ def test_faces_that_cross_without_a_pair_that_is_left_out_are_counted():
 @needs_ipctk
 @pytest.mark.parametrize("make", [tangles.crossed_corner, tangles.crossed_sheets])
 def test_a_tangled_start_is_counted(make):
-    still = sequence_tangles._generated(lambda: make(9))
+    still = sequence_tangles.generated(lambda: make(9))
     rows = list(sequence_tangles.tangle_rows(still, 0.0, (0, 1, 3)))
     assert [row["frame"] for row in rows] == [0, 1, 3]
     edges = edges_of(still.faces)
@@ -128,6 +128,17 @@ def test_a_tangled_start_is_counted(make):
         assert rows[-1][name] == 0
 
 
+@needs_ipctk
+def test_protected_pairs_do_not_meet_in_a_tangle_that_sways():
+    swaying = sequence_tangles.generated(lambda: tangles.crossed_sheets(9), 0.1)
+    assert np.any(swaying.sway[81:])
+    assert not np.any(swaying.sway[:81])
+    row = list(sequence_tangles.tangle_rows(swaying, 0.0, (0, 4)))[-1]
+    assert row["judged"] == 4
+    assert row["most_new"] > 0  # the contour moves along the level sheet
+    assert row["left_out_grown"] == row["met_by_ipctk"] == row["crossing_by_fcl"] == 0
+
+
 def test_shells_are_tangled():
     tangle = tangles.layered_shells(16)
     edges = edges_of(tangle.faces)
@@ -136,7 +147,7 @@ def test_shells_are_tangled():
 
 def test_a_new_crossing_is_counted():
     tangle = tangles.crossed_corner(9)
-    still = sequence_tangles._generated(lambda: tangle)
+    still = sequence_tangles.generated(lambda: tangle)
     apart = still.start.copy()
     apart[81:] += 5.0  # the upright sheet
     count = sequence_tangles._Count(still, edges_of(still.faces), ())

@@ -1,7 +1,7 @@
 """Starts that are tangled: how many crossings are left after some frames, and whether one is new.
 
-The animation stands still at the tangled start; that of a published step goes to the end of the
-step and stands still there. All crossings are counted exactly in each frame.
+Most animations stand still at the tangled start; in one, what is not pinned is proposed to sway.
+All crossings are counted exactly in each frame.
 """
 
 from __future__ import annotations
@@ -26,45 +26,52 @@ from validation.study.sequence_judges import meeting_by_ipctk, new_rows, unexpla
 
 KEYS = ("scene", "pull_edges", "frame")
 COUNTED = (0, 1, 10, 50)  # frames after which crossings are counted for a row
-PULLS = (0.0, 1.0)  # of a frame, in median edge lengths; 0 is without it
+PULLS = (0.0, 0.5)  # of a frame, in median edge lengths; 0 is without it
+SWAY = 0.5  # angle by which what sways goes on in a frame [rad]
 JUDGED_ALL = 5_000  # triangles up to which each path is judged, and not those of COUNTED alone
 
 
-class Still(NamedTuple):
-    """A tangled start, and where it is proposed to end in all later frames.
+class Start(NamedTuple):
+    """A tangled start, and how it is proposed to move.
 
     Attributes:
         start: (n, 3) f8 [m].
-        end: (n, 3) f8 [m].
+        sway: (n, 3) f8 [m], by which vertices go to and fro.
         faces: (m, 3) i4.
         masses: (n,) f8 [kg], or None.
         pinned: (n,) b1, or None.
     """
 
     start: Positions
-    end: Positions
+    sway: Positions
     faces: Faces
     masses: Masses | None
     pinned: Flags | None
 
 
-def _generated(make: Callable[[], tangles.Tangle]) -> Still:
+def generated(make: Callable[[], tangles.Tangle], sway_m: float = 0.0) -> Start:
+    """Return a generated start; what is not pinned sways by a distance [m], obliquely."""
     found = make()
-    start = found.positions_t0
-    return Still(start, start, found.faces, found.masses, found.pinned)
+    sway = sway_m * np.where(found.pinned, 0.0, 1.0)[:, None] * np.array([0.5, 0.7, 0.5])
+    # the level sheet, whose rim is pinned, stands still as a whole
+    level = np.arange(len(sway)) <= np.flatnonzero(found.pinned).max(initial=-1)
+    sway[level] = 0.0
+    return Start(found.positions_t0, sway, found.faces, found.masses, found.pinned)
 
 
-def _published() -> Still | None:
+def _published() -> Start | None:
     if not (steps.FOLDER / "cloth-ball.npz").is_file():
         return None
     arrays = steps.load("cloth-ball")
-    return Still(arrays["positions_t0"], arrays["positions_t1"], arrays["faces"], None, None)
+    start = arrays["positions_t0"]
+    return Start(start, np.zeros_like(start), arrays["faces"], None, None)
 
 
-SCENES: dict[str, Callable[[], Still | None]] = {
-    "crossed-corner": lambda: _generated(tangles.crossed_corner),
-    "crossed-sheets": lambda: _generated(tangles.crossed_sheets),
-    "layered-shells": lambda: _generated(tangles.layered_shells),
+SCENES: dict[str, Callable[[], Start | None]] = {
+    "crossed-corner": lambda: generated(tangles.crossed_corner),
+    "crossed-sheets": lambda: generated(tangles.crossed_sheets),
+    "swaying-sheets": lambda: generated(tangles.crossed_sheets, 0.05),
+    "layered-shells": lambda: generated(tangles.layered_shells),
     "cloth-ball": _published,
 }
 
@@ -84,51 +91,53 @@ def tangled(folder: Path, say: Say) -> None:
             if pull and not can_pull():
                 say(f"tangles: {name}: left out, resolve_sequence has no pull")
                 continue
-            still = load()
-            if still is None:
+            tangle = load()
+            if tangle is None:
                 say(f"tangles: {name} is not there; the folder that IZO_DATA names has it")
                 break
-            for row in tangle_rows(still, pull, COUNTED):
+            for row in tangle_rows(tangle, pull, COUNTED):
                 if not rows.has(scene=name, pull_edges=pull, frame=row["frame"]):
                     rows.add(scene=name, pull_edges=pull, **row)
                 say(f"tangles: {name}, {pull}, frame {row['frame']}: {row['crossings']} crossings")
 
 
-def tangle_rows(still: Still, pull_edges: float, counted: Sequence[int]) -> Iterator[Row]:
+def tangle_rows(tangle: Start, pull_edges: float, counted: Sequence[int]) -> Iterator[Row]:
     """Yield a row for each frame that is counted.
 
     Args:
-        still: The tangled start.
+        tangle: The tangled start.
         pull_edges: The pull of a frame, in median edge lengths.
         counted: Numbers of these frames, the last one at the end.
     """
-    edges = edges_of(still.faces)
-    length = float(np.median(np.linalg.norm(np.diff(still.start[edges], axis=1), axis=2)))
-    frames = (still.start if k == 0 else still.end for k in range(counted[-1] + 1))
+    edges = edges_of(tangle.faces)
+    length = float(np.median(np.linalg.norm(np.diff(tangle.start[edges], axis=1), axis=2)))
+    frames = (
+        tangle.start + np.sin(SWAY * number) * tangle.sway for number in range(counted[-1] + 1)
+    )
     more: dict[str, Any] = {"pull": pull_edges * length} if pull_edges else {}
-    resolved = resolve_sequence(frames, still.faces, still.masses, still.pinned, **more)
-    judged = range(1, counted[-1] + 1) if len(still.faces) <= JUDGED_ALL else counted
-    count = _Count(still, edges, judged)
+    resolved = resolve_sequence(frames, tangle.faces, tangle.masses, tangle.pinned, **more)
+    judged = range(1, counted[-1] + 1) if len(tangle.faces) <= JUDGED_ALL else counted
+    count = _Count(tangle, edges, judged)
     for frame in resolved:
         count.add(frame)
         if frame.number in counted:
-            yield {"frame": frame.number, "triangles": len(still.faces), **count.row(frame)}
+            yield {"frame": frame.number, "triangles": len(tangle.faces), **count.row(frame)}
 
 
 class _Count:
     """The crossings of the frames so far, and what judges say of the paths between them."""
 
-    def __init__(self, still: Still, edges: Edges, judged: Sequence[int]) -> None:
-        self._still, self._edges, self._frames = still, edges, judged
+    def __init__(self, tangle: Start, edges: Edges, judged: Sequence[int]) -> None:
+        self._faces, self._edges, self._frames = tangle.faces, edges, judged
         self._crossings = np.empty((0, 5), np.int32)
-        self._start, self._n_excluded = still.start, 0
+        self._start, self._n_excluded = tangle.start, 0
         self._most_new = self._grown = self._excluded_grown = 0
         self._judged = self._met = self._unexplained = 0
         self._unasked = False
 
     def add(self, frame: Frame) -> None:
         """Count the crossings of a frame, and judge its path."""
-        found = find_intersections(frame.positions, self._edges, self._still.faces)
+        found = find_intersections(frame.positions, self._edges, self._faces)
         crossings = np.concatenate((found.crossing_edges, found.crossed_faces), axis=1)
         if frame.number:
             self._most_new = max(self._most_new, new_rows(self._crossings, crossings))
@@ -144,7 +153,7 @@ class _Count:
         if frame.substeps != 1 or frame.certificate is None:
             return
         excluded = frame.certificate.excluded
-        mesh = self._edges, self._still.faces
+        mesh = self._edges, self._faces
         met = meeting_by_ipctk(self._start, frame.positions, *mesh, excluded)
         self._unasked |= met is None
         self._met += met or 0
