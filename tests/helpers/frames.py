@@ -1,5 +1,7 @@
 """Frames of pairs in floats of both types, in parts that tests exchange for wrong ones."""
 
+from fractions import Fraction
+
 import numpy as np
 
 from izo_ref.porting.reference.contact import Pair, meeting
@@ -7,6 +9,22 @@ from izo_ref.porting.reference.rounded import EPS
 
 NUMBERS = {"f8": np.float64, "f4": np.float32}
 APART = {"meets": 0}
+
+
+def fused(a, b, c):
+    """Return a b + c, rounded once, of finite floats; of others, a b + c."""
+    if not np.isfinite([a, b, c]).all():
+        return float(a) * float(b) + float(c)
+    return float(Fraction(float(a)) * Fraction(float(b)) + Fraction(float(c)))
+
+
+def dot(a, b):
+    """Return a @ b as a processor with fused operations sums it: `@` depends on the processor."""
+    total = a[0] * b[0]
+    for i in range(1, len(a)):
+        total = np.frompyfunc(fused, 3, 1)(a[i], b[i], total)
+        total = np.asarray(total, a.dtype)[()]
+    return total
 
 
 def pair_of(inputs):
@@ -28,7 +46,7 @@ def unit(a):
     """Return a / |a|, without underflow."""
     with np.errstate(all="ignore"):  # nothing was apart at the start
         a = a / np.abs(a).max()
-    return a / np.sqrt(a @ a)
+    return a / np.sqrt(dot(a, a))
 
 
 def nodes_at(start, end, time):
@@ -39,14 +57,14 @@ def nodes_at(start, end, time):
 def coordinates(x):
     """Return the coordinates on the face of the foot of the vertex."""
     n = np.cross(x[2] - x[1], x[3] - x[1])
-    areas = np.array([n @ np.cross(x[i], x[j]) for i, j in ((2, 3), (3, 1), (1, 2))])
-    return areas / (n @ n)
+    areas = np.array([dot(n, np.cross(x[i], x[j])) for i, j in ((2, 3), (3, 1), (1, 2))])
+    return areas / dot(n, n)
 
 
 def nearest(p, a, b):
     """Return the fraction of the edge a b that is nearest to p."""
-    length_sq = (b - a) @ (b - a)
-    return np.clip((p - a) @ (b - a) / length_sq, 0, 1) if length_sq > 0 else a[0] * 0
+    length_sq = dot(b - a, b - a)
+    return np.clip(dot(p - a, b - a) / length_sq, 0, 1) if length_sq > 0 else a[0] * 0
 
 
 def on_side(x, i, j):
@@ -57,7 +75,7 @@ def on_side(x, i, j):
 
 
 def best_of(x, found):
-    return min(found, key=lambda weights: (weights @ x) @ (weights @ x))
+    return min(found, key=lambda weights: dot(dot(weights, x), dot(weights, x)))
 
 
 def face(x):
@@ -77,7 +95,7 @@ def fractions(x):
     u, v, w = x[1] - x[0], x[3] - x[2], x[2] - x[0]
     n = np.cross(u, v)
     with np.errstate(all="ignore"):
-        return np.cross(w, v) @ n / (n @ n), np.cross(w, u) @ n / (n @ n)
+        return dot(np.cross(w, v), n) / dot(n, n), dot(np.cross(w, u), n) / dot(n, n)
 
 
 def edges(x):
@@ -106,10 +124,10 @@ def frame(inputs, dtype, parts):
     closest = parts["edges" if inputs["is_edge_edge"] else "face"]
     u, v = (x[1] - x[0], x[3] - x[2]) if inputs["is_edge_edge"] else (x[2] - x[1], x[3] - x[1])
     normal, weights, begin = np.cross(u, v), closest(x), start - start[0]
-    length = np.sqrt(normal @ normal)
-    sides = np.sqrt((u @ u) * (v @ v))
+    length = np.sqrt(dot(normal, normal))
+    sides = np.sqrt(dot(u, u) * dot(v, v))
     with np.errstate(all="ignore"):
-        gap = normal / length @ (weights @ begin)
+        gap = dot(normal / length, dot(weights, begin))
     if parts["no_side"](gap, np.abs(begin).max(), length, sides, EPS[dtype]):
-        return {"weights": weights.tolist(), "normal": unit(closest(begin) @ begin).tolist()}
+        return {"weights": weights.tolist(), "normal": unit(dot(closest(begin), begin)).tolist()}
     return {"weights": weights.tolist(), "normal": (unit(normal) * np.sign(gap)).tolist()}

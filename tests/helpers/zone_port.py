@@ -5,6 +5,14 @@ import numpy as np
 KINDS = {"f8": np.float64, "f4": np.float32}
 
 
+def dot(a, b):
+    """Return a @ b, summed in the order of the products: that of `@` depends on the processor."""
+    total = a[0] * b[0]
+    for i in range(1, len(a)):
+        total = total + a[i] * b[i]
+    return total
+
+
 class Port:
     """Reads the inputs of a case in its type of floats, and computes in it."""
 
@@ -46,7 +54,7 @@ class Port:
 
     def gap(self, j):
         points = self.x[self.nodes[j]] - self.x[self.nodes[j, 0]]
-        return self.n[j] @ (self.a[j] @ points)
+        return dot(self.n[j], dot(self.a[j], points))
 
     def constraint(self, gap):
         return self.d - gap
@@ -87,7 +95,7 @@ class Port:
         """Return phi'(0), phi'' without impacts, c + l / mu, and A p."""
         p = self.read("direction", 3)
         t = self.constraints() + self.numbers("multipliers") / self.mu()
-        q = [self.n[j] @ (self.a[j] @ p[self.nodes[j]]) for j in range(len(self.nodes))]
+        q = [dot(self.n[j], dot(self.a[j], p[self.nodes[j]])) for j in range(len(self.nodes))]
         return self.slope(p), (self.w() * p * p).sum(), t, np.array(q, self.real)
 
     def slope(self, p):

@@ -8,7 +8,7 @@ import pytest
 from izo_ref.porting.files import load_cases
 from izo_ref.porting.generate.small_zones import random_zone
 from izo_ref.porting.reference.zone import constraints, displacements, objective, vectors, zone_of
-from tests.helpers.zone_port import Port, answer
+from tests.helpers.zone_port import Port, answer, dot
 from tests.helpers.zone_vectors import (
     check_cases,
     exact_constraints,
@@ -121,7 +121,7 @@ class OneLargeBlock(OneBlock):
 
 class Absolute(Port):
     def gap(self, j):
-        return self.n[j] @ (self.a[j] @ self.x[self.nodes[j]])
+        return dot(self.n[j], dot(self.a[j], self.x[self.nodes[j]]))
 
 
 MISTAKES = {

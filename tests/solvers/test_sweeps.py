@@ -44,15 +44,18 @@ def swept_by_hand(zone, count, accelerated, start=0.0):
 @pytest.mark.parametrize("method", SWEEPS)
 @pytest.mark.parametrize("count", [1, 2, 7, 30])
 def test_sweeps_are_those_of_the_literal_method(rng, method, count):
+    # Accelerated sweeps restart when the dual objective rises. When it hardly changes any more,
+    # rounding decides that, which moves the answer by what a sweep still changes.
+    rounding = 1e-10 if method == "apgs" else 1e-12
     for n in (1, 5, 30):
         zone = random_problem(rng, n)
         found = izo_ref.solve_zone(zone, method, max_steps=count, tolerance=0.0)
         moves, multipliers = swept_by_hand(zone, count, method == "apgs")
         np.testing.assert_allclose(
-            found.displacements, moves, rtol=0.0, atol=1e-12 * np.abs(moves).max()
+            found.displacements, moves, rtol=0.0, atol=rounding * np.abs(moves).max()
         )
         np.testing.assert_allclose(
-            found.multipliers, multipliers, rtol=0.0, atol=1e-11 * np.abs(multipliers).max()
+            found.multipliers, multipliers, rtol=0.0, atol=10 * rounding * np.abs(multipliers).max()
         )
 
 
