@@ -154,8 +154,8 @@ def write_demo(
     """
     folder = Path(folder)
     make_folder(folder)
-    scene, _ = demo_scene()
     was_compiled, begin = anything_compiled(), time.perf_counter()
+    scene, _ = demo_scene()  # checking its arrays compiles a little
     prepare()
     resolve(scene, THICKNESS_M)
     preparing = time.perf_counter() - begin

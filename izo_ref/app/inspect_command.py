@@ -108,6 +108,7 @@ def inspect(args: argparse.Namespace) -> int:
     check_reports(inputs, {"--json": args.json, "--picture": args.picture})
     if args.thickness is not None:
         checks.thickness(args.thickness)
+    was_compiled = anything_compiled()  # before reading, which compiles a little
     inspected = Inspected(args)
     faults = find_faults(inspected.frame(inspected.first), inspected.faces)
     if args.weld is None and len(faults.coincident) > MANY:
@@ -116,7 +117,7 @@ def inspect(args: argparse.Namespace) -> int:
             "vertex, as along seams, --weld joins them, and is faster\n",
             aside=True,
         )
-    with _Progress(inspected.last - inspected.first + 1) as progress:
+    with _Progress(inspected.last - inspected.first + 1, was_compiled) as progress:
         report, worst = inspect_report(inspected, args, faults, progress.tick)
     if args.picture is not None:
         _draw(args.picture, inspected, report, worst)
@@ -163,12 +164,13 @@ class _Progress:
 
     Args:
         total: Number of frames.
+        was_compiled: Whether compiled code was there before the command.
     """
 
-    def __init__(self, total: int) -> None:
+    def __init__(self, total: int, was_compiled: bool) -> None:
         from tqdm import tqdm
 
-        first = "inspecting" if anything_compiled() else "compiling, only the first time"
+        first = "inspecting" if was_compiled else "compiling, only the first time"
         # With `disable=None`, nothing is shown in a pipe.
         self._bar = tqdm(total=total, unit=" frames", leave=False, desc=first, disable=None)
 
