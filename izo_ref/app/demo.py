@@ -155,8 +155,8 @@ def write_demo(
     folder = Path(folder)
     make_folder(folder)
     was_compiled, begin = anything_compiled(), time.perf_counter()
-    scene, _ = demo_scene()  # checking its arrays compiles a little
-    prepare()
+    prepare()  # before anything is compiled, so that it can be compiled by two processes
+    scene, _ = demo_scene()
     resolve(scene, THICKNESS_M)
     preparing = time.perf_counter() - begin
     begin = time.perf_counter()

@@ -53,16 +53,19 @@ def test_the_parts_are_named_after_the_bodies(done):
     assert np.array_equal(part_of[scene.faces[:, 0]], body)
 
 
-def test_whether_code_is_there_is_asked_before_anything_is_compiled(tmp_path, monkeypatch):
-    asked = []
+def test_nothing_is_compiled_before_all_is_prepared(tmp_path, monkeypatch):
+    """Making the scene compiles the checks of its arrays; then one process compiles the rest."""
+    order = []
 
     def make_scene():
-        assert asked  # making the scene compiles the checks of its arrays
+        order.append("scene")
         return demo_scene()
 
-    monkeypatch.setattr(demo, "anything_compiled", lambda: asked.append(True) or False)
+    monkeypatch.setattr(demo, "anything_compiled", lambda: order.append("asked") or False)
     monkeypatch.setattr(demo, "demo_scene", make_scene)
-    assert "compiling, only the first time" in write_demo(tmp_path).lines()[0]
+    done = write_demo(tmp_path, prepare=lambda: order.append("prepared"))
+    assert order == ["asked", "prepared", "scene"]
+    assert "compiling, only the first time" in done.lines()[0]
 
 
 def test_compiling_and_resolving_have_a_time_each(tmp_path, monkeypatch, capsys):
