@@ -119,12 +119,16 @@ class Demo(NamedTuple):
     preparing_s: float
     resolving_s: float
 
+    @property
+    def preparing(self) -> str:
+        """What was done before the step was resolved."""
+        return "loading compiled code" if self.was_compiled else "compiling, only the first time"
+
     def lines(self) -> list[str]:
         """Return what the command says."""
-        what = "loading compiled code" if self.was_compiled else "compiling, only the first time"
         result = self.result
         return [
-            f"{what}: {self.preparing_s:.1f} s",
+            f"{self.preparing}: {self.preparing_s:.1f} s",
             f"resolving: {self.resolving_s:.2f} s",
             f"{result.status.name}: {result.status.value}",
             f"page: {self.page}",
@@ -177,12 +181,11 @@ def _view(scene: Scene, done: Demo) -> View:
         find_intersections(positions, scene.edges, scene.faces).n_found
         for positions in (scene.positions_t1, result.positions)
     ]
-    what = "loading compiled code" if done.was_compiled else "compiling, only the first time"
     step = [
         *scene_rows(scene, impacts),
         ("Edges through faces, before and after", f"{crossing[0]:,}, {crossing[1]:,}"),
         *result_rows(scene, result.positions, result.thickness),
-        (f"Time for {what}", f"{done.preparing_s:.1f} s"),
+        (f"Time for {done.preparing}", f"{done.preparing_s:.1f} s"),
         ("Time for resolving", f"{done.resolving_s:.2f} s"),
     ]
     tables = [

@@ -24,15 +24,32 @@ def add_scene_flags(command: argparse.ArgumentParser) -> None:
         help="pairs that meet between pinned points are left out and everything else is resolved "
         "(exclude), or they block the step (default: %(default)s)",
     )
-    command.add_argument(
-        "--weld",
-        nargs="?",
-        type=metres,
-        const=0.0,
-        metavar="METRES",
-        help="treat vertices as one vertex that coincide at the start and at the end, as exporters "
+    add_weld(
+        command,
+        "treat vertices as one vertex that coincide at the start and at the end, as exporters "
         "write them along seams; with a number, vertices that are at most so far apart. The result "
         "still has all vertices (default: no vertices are one)",
+    )
+
+
+def add_weld(command: argparse.ArgumentParser, text: str) -> None:
+    """Add the flag that joins vertices, with its help."""
+    command.add_argument("--weld", nargs="?", type=metres, const=0.0, metavar="METRES", help=text)
+
+
+def add_animation_flags(command: argparse.ArgumentParser) -> None:
+    """Add the flags that say what of an animation is pinned, and where its polygons are."""
+    command.add_argument(
+        "--pin",
+        action="append",
+        default=[],
+        metavar="NAME",
+        help="mesh of IN that moves as it is; may be given several times",
+    )
+    command.add_argument(
+        "--topology",
+        metavar="MESH",
+        help="for a point cache: OBJ or PLY file with its polygons (default: the file beside it)",
     )
 
 

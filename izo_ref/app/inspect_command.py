@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from izo_ref.app.flags import metres
+from izo_ref.app.flags import add_animation_flags, add_weld
 from izo_ref.app.inspect_report import Worst, inspect_report
 from izo_ref.app.inspect_text import report_text
 from izo_ref.app.inspected import Inspected
@@ -56,18 +56,7 @@ def add_inspect(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         metavar="FILE",
         help="animation or mesh that moves as it is; one frame, or as many as IN",
     )
-    command.add_argument(
-        "--pin",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="mesh of IN that moves as it is; may be given several times",
-    )
-    command.add_argument(
-        "--topology",
-        metavar="MESH",
-        help="for a point cache: OBJ or PLY file with its polygons (default: the file beside it)",
-    )
+    add_animation_flags(command)
     command.add_argument(
         "--thickness",
         type=float,
@@ -75,14 +64,10 @@ def add_inspect(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -
         help="the thickness that you mean to resolve with, in the unit of IN: says whether the "
         "floats of the file can hold it",
     )
-    command.add_argument(
-        "--weld",
-        nargs="?",
-        type=metres,
-        const=0.0,
-        metavar="METRES",
-        help="treat vertices as one vertex that coincide in the first frame, as exporters write "
-        "them along seams; with a number, vertices that are at most so far apart",
+    add_weld(
+        command,
+        "treat vertices as one vertex that coincide in the first frame, as exporters write them "
+        "along seams; with a number, vertices that are at most so far apart",
     )
     command.add_argument(
         "--json", metavar="REPORT.json", help="write the report as JSON; - is the standard output"

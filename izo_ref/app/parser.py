@@ -5,7 +5,7 @@ from typing import TypeAlias
 
 from izo_ref.app.cache import TASKS
 from izo_ref.app.conform_command import add_conform
-from izo_ref.app.flags import add_scene_flags
+from izo_ref.app.flags import add_animation_flags, add_scene_flags
 from izo_ref.app.inspect_command import add_inspect
 from izo_ref.app.vectors_command import stage_name
 from izo_ref.app.view_command import add_view
@@ -171,18 +171,7 @@ def _add_sequence(commands: Commands) -> None:
         help="animation or mesh that moves as it is and is not written; one frame, or as many as "
         "IN",
     )
-    command.add_argument(
-        "--pin",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help="mesh of IN that moves as it is; may be given several times",
-    )
-    command.add_argument(
-        "--topology",
-        metavar="MESH",
-        help="for a point cache: OBJ or PLY file with its polygons (default: the file beside it)",
-    )
+    add_animation_flags(command)
     command.add_argument(
         "--max-substeps",
         type=int,

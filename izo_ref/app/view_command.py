@@ -118,11 +118,7 @@ def load_view(args: argparse.Namespace, tick: Callable[[str], object]) -> View:
         animations = [_animation(name, args.topology) for name in names]
         obstacle = None if args.obstacle is None else _animation(args.obstacle, None)
         shown = sequence_view(title, animations, tick, obstacle)
-    return shown if args.up is None else _with_up(shown, args.up)
-
-
-def _with_up(shown: View, up: str) -> View:
-    return dataclasses.replace(shown, up=up)
+    return shown if args.up is None else dataclasses.replace(shown, up=args.up)
 
 
 def _is_step(path: str) -> bool:

@@ -1,7 +1,7 @@
 """Memory of a GPU, and arrays in it that are made in a few microseconds.
 
 An array of numba-cuda takes 26 us of Python on an H200, and 112 us with 10 MB. A step of a hundred
-thousand triangles makes two thousand of them. So memory that is no longer used is kept here in a
+thousand triangles made four thousand of them. So memory that is no longer used is kept here in a
 pool, sorted by size, and given to the next array of that size. All launches and copies go to the
 default stream, so they run in the order in which Python asks for them, and memory can be used again
 at once.
@@ -60,6 +60,16 @@ def room_for(n_bytes: int) -> int:
     return -(-n_bytes // step) * step
 
 
+def _allocate(n_bytes: int) -> int | None:
+    """Return the address of new memory; None if there is too little."""
+    try:
+        return int(call_driver(driver.cuMemAlloc, n_bytes))
+    except CudaAPIError as error:
+        if "OUT_OF_MEMORY" not in str(error):
+            raise
+        return None
+
+
 class Pool:
     """Blocks of memory that were used and are free again, by their size."""
 
@@ -78,18 +88,13 @@ class Pool:
         if free:
             with suppress(IndexError):  # another thread took the last one
                 return Block(free.pop(), room, self)
-        try:
-            return Block(int(call_driver(driver.cuMemAlloc, room)), room, self)
-        except CudaAPIError as error:
-            if "OUT_OF_MEMORY" not in str(error):
-                raise
-        self.release()
-        try:
-            return Block(int(call_driver(driver.cuMemAlloc, room)), room, self)
-        except CudaAPIError as error:
-            if "OUT_OF_MEMORY" not in str(error):
-                raise
-            raise no_memory(room) from error
+        address = _allocate(room)
+        if address is None:
+            self.release()
+            address = _allocate(room)
+        if address is None:
+            raise no_memory(room)
+        return Block(address, room, self)
 
     def give_back(self, address: int, room: int) -> None:
         """Take back a block that nothing uses any more."""
