@@ -113,9 +113,7 @@ def test_crossings_and_contours_are_those_of_a_slow_program(rng, case):
 
 
 def test_another_library_agrees_which_frames_cross(rng):
-    ipctk = pytest.importorskip(
-        "ipctk", reason="ipctk is not installed: izo-ref[validation]"
-    )
+    ipctk = pytest.importorskip("ipctk", reason="ipctk is not installed: izo-ref[validation]")
     jitter = 0.01 * rng.normal(size=(50, 3))
     heights = np.concatenate((np.linspace(0.1, -0.1, 12), np.linspace(-0.1, 0.1, 5)))
     frames, faces, _ = passing_sheets(heights, 5, jitter)
