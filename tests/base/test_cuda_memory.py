@@ -10,11 +10,12 @@ from numba.core import types
 
 pytest.importorskip("numba_cuda", reason="numba-cuda is not installed: izo-ref[cuda]")
 
-from izo_ref.base.cuda import launch, memory
+from izo_ref.base.cuda import launch, memory, program
 from izo_ref.base.errors import DeviceMemoryError
 from izo_ref.detection.serial.tree import Tree
 
-OUT_OF_MEMORY, ILLEGAL_ADDRESS = 2, 700
+OUT_OF_MEMORY, ILLEGAL_ADDRESS, NOT_SUPPORTED = 2, 700, 801
+STREAM = 5
 
 
 class Code(int):
@@ -30,6 +31,7 @@ class Driver:
 
     def __init__(self, n_bytes=1 << 20):
         self.left, self.blocks, self.launches, self.asked = n_bytes, {}, [], []
+        self.recording, self.graphs, self.started, self.can_record = None, {}, [], True
 
     def cuMemAlloc(self, n):
         if n > self.left:
@@ -55,7 +57,8 @@ class Driver:
 
     def cuLaunchKernel(self, handle, *rest):
         sizes, places = rest[:8], rest[8]
-        self.launches.append((handle, sizes, places))
+        recorded = self.recording is not None and sizes[7] == STREAM
+        (self.recording if recorded else self.launches).append((handle, sizes, places))
         return (Code(0),)
 
     def cuLaunchCooperativeKernel(self, handle, *rest):
@@ -68,6 +71,38 @@ class Driver:
         self.asked.append(value)
         return (Code(0),)
 
+    def cuStreamCreate(self, flags):
+        return Code(0), STREAM
+
+    def cuStreamDestroy(self, stream):
+        return (Code(0),)
+
+    def cuStreamBeginCapture(self, stream, mode):
+        if not self.can_record:
+            return (Code(NOT_SUPPORTED),)
+        self.recording = []
+        return (Code(0),)
+
+    def cuStreamEndCapture(self, stream):
+        recorded, self.recording = self.recording, None
+        return Code(0), recorded
+
+    def cuGraphInstantiate(self, graph, flags):
+        self.graphs[len(self.graphs)] = graph
+        return Code(0), len(self.graphs) - 1
+
+    def cuGraphDestroy(self, graph):
+        return (Code(0),)
+
+    def cuGraphExecDestroy(self, graph):
+        del self.graphs[graph]
+        return (Code(0),)
+
+    def cuGraphLaunch(self, graph, stream):
+        self.started.append(graph)
+        return self.launches.extend(self.graphs[graph]) or (Code(0),)
+
+    CUstreamCaptureMode = SimpleNamespace(CU_STREAM_CAPTURE_MODE_THREAD_LOCAL=1)
     CUfunction = CUkernel = int
     CUfunction_attribute = SimpleNamespace(CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES=8)
 
@@ -77,6 +112,8 @@ def driver(monkeypatch):
     own = Driver()
     monkeypatch.setattr(memory, "driver", own)
     monkeypatch.setattr(launch, "driver", own)
+    monkeypatch.setattr(program, "driver", own)
+    monkeypatch.setattr(program.config, "ENABLE_CUDASIM", 0)
     monkeypatch.setattr(memory, "POOL", memory.Pool())
     context = SimpleNamespace(get_memory_info=lambda: (own.left, 1 << 20))
     monkeypatch.setattr(memory.cuda, "current_context", lambda: context)
@@ -252,3 +289,32 @@ def test_much_shared_memory_is_asked_for_once(driver):
     for n_bytes in (0, 48 << 10, 60 << 10, 50 << 10, 90 << 10):
         run(1, 32, n_bytes, ())
     assert driver.asked == [60 << 10, 90 << 10]
+
+
+def test_prepared_launches_keep_their_arguments(driver, rng):
+    run = launch.Launcher(Dispatcher())
+    first, second = (run.prepare(2, 32, 0, (sent(rng.random(3)), k)) for k in (1, 2))
+    run(1, 32, 0, (sent(rng.random(4)), 3))
+    gc.collect()
+    first(), second(), first()
+    c_types = *ARRAY, *2 * (ctypes.c_int64,), ctypes.c_int64
+    found = [read(places, c_types) for *_, places in driver.launches[1:]]
+    assert [numbers[-1] for numbers in found] == [1, 2, 1]
+    assert found[0] == found[2]
+    assert all(numbers[4] in driver.blocks for numbers in found), "the arrays are alive"
+    assert [sizes for _, sizes, _ in driver.launches[1:]] == 3 * [(2, 1, 1, 32, 1, 1, 0, 0)]
+
+
+@pytest.mark.parametrize("can_record", [True, False])
+def test_a_program_runs_its_launches_in_their_order(driver, can_record):
+    driver.can_record = can_record
+    run = launch.Launcher(Dispatcher())
+    own = program.Program([run.prepare(k, 32, 0, (1.0,)) for k in (3, 1, 2)])
+    assert driver.launches == [], "recording runs nothing"
+    own.run()
+    own.run()
+    assert [sizes[0] for _, sizes, _ in driver.launches] == [3, 1, 2, 3, 1, 2]
+    assert len(driver.started) == (2 if can_record else 0)
+    del own
+    gc.collect()
+    assert driver.graphs == {}

@@ -9,14 +9,15 @@ import numpy as np
 from izo_ref.base.serial.thread_group import ThreadGroup
 
 TIMEOUT_S = 60.0
+READ, WRITE, ATOMIC = 0, 1, 2  # kinds of accesses
 
 
 class Log:
     """Accesses of the threads of a group.
 
     Attributes:
-        accesses: (thread, phase, address, whether it writes) of each access; the phase of a thread
-            is how many times it has waited.
+        accesses: (thread, phase, address, READ, WRITE or ATOMIC) of each access; the phase of a
+            thread is how many times it has waited.
         sites: File and line of each wait, by the phase that it ends; None for a sum or maximum.
     """
 
@@ -25,12 +26,23 @@ class Log:
         self.accesses, self.sites = [], {}
         self._own, self._n, self._parts = threading.local(), n_threads, [None] * n_threads
         self._barrier = threading.Barrier(n_threads, timeout=TIMEOUT_S)
+        self._lock = threading.RLock()
 
-    def add(self, address, writes):
+    def add(self, address, kind):
         """Log an access, if a thread of the group makes it."""
         rank = getattr(self._own, "rank", None)
         if rank is not None:
-            self.accesses.append((rank, self._own.phase, address, writes))
+            kind = ATOMIC if getattr(self._own, "atomic", False) else kind
+            self.accesses.append((rank, self._own.phase, address, kind))
+
+    def _at_once(self, values, i, change):
+        """Change a number with no other thread in between, and return what it was."""
+        with self._lock:
+            self._own.atomic = True
+            before = values[i]
+            values[i] = change(before)
+            self._own.atomic = False
+        return before
 
     def _wait(self, site):
         self.sites[self._own.phase] = site
@@ -57,6 +69,8 @@ class Log:
             wait,
             lambda _, *values: self._combined(values, sum),
             lambda _, *values: self._combined(values, max),
+            lambda values, i, amount: self._at_once(values, i, lambda old: old + amount),
+            lambda values, i, value: self._at_once(values, i, lambda old: min(old, value)) and None,
             None,
         )
 
@@ -83,7 +97,7 @@ class Log:
         """Return (number of conflicts, the first one's address).
 
         A conflict is a number that one thread writes and another one reads or writes between two
-        waits.
+        waits. Threads may change a number together if all of them do it at once (`group_add`).
 
         Args:
             without: File and line of a wait, as in `sites`, which counts as none.
@@ -93,12 +107,12 @@ class Log:
             phase += without is None or self.sites[ended] != without
             begins[ended + 1] = phase
         users = {}
-        for rank, own, address, writes in self.accesses:
-            users.setdefault((begins[own], address), (set(), set()))[writes].add(rank)
+        for rank, own, address, kind in self.accesses:
+            users.setdefault((begins[own], address), (set(), set(), set()))[kind].add(rank)
         found = [
             address
-            for (_, address), (readers, writers) in users.items()
-            if writers and len(readers | writers) > 1
+            for (_, address), (readers, writers, together) in users.items()
+            if (writers or (readers and together)) and len(readers | writers | together) > 1
         ]
         return len(found), found[:1]
 
@@ -123,7 +137,7 @@ class Logged(np.ndarray):
         """Read a number and log it, or take a view."""
         address = self._address(key)
         if address is not None and self.log is not None:
-            self.log.add(address, False)
+            self.log.add(address, READ)
         return super().__getitem__(key)
 
     def __setitem__(self, key, value):
@@ -131,7 +145,7 @@ class Logged(np.ndarray):
         address = self._address(key)
         assert address is not None, "the thread writes number by number"
         if self.log is not None:
-            self.log.add(address, True)
+            self.log.add(address, WRITE)
         super().__setitem__(key, value)
 
 

@@ -75,14 +75,16 @@ class Kernel:
         self.function = function
         dispatcher = self._dispatcher = cuda.jit(function, fastmath=False)
         if config.ENABLE_CUDASIM:  # the simulator compiles nothing, and has no driver
-            from izo_ref.base.cuda.simulated import launch
+            from izo_ref.base.cuda.simulated import launch, prepared
 
             self._launch = partial(launch, dispatcher)
+            self._prepare = partial(prepared, dispatcher)
         else:
             from izo_ref.base.cuda.launch import Launcher
 
             keep_on_disk(dispatcher)
-            self._launch = Launcher(dispatcher)
+            self._launch = launcher = Launcher(dispatcher)
+            self._prepare = launcher.prepare
 
     def __getitem__(self, n_threads: int) -> Callable[..., None]:
         """Return the launch on n threads, in blocks of `THREADS`."""
@@ -102,6 +104,17 @@ class Kernel:
                 self._launch(n_blocks, size, shared_bytes, arguments)
 
         return launch
+
+    def prepare(self, n_blocks: int, size: int, *arguments: Any, shared_bytes: int = 0) -> Any:
+        """Return a launch that can be repeated with the same arguments, for a `Program`.
+
+        Args:
+            n_blocks: Blocks, at least one.
+            size: Threads of a block.
+            arguments: Arrays of the GPU, numbers, and records of these.
+            shared_bytes: Dynamic shared memory of a block [bytes].
+        """
+        return self._prepare(n_blocks, size, shared_bytes, arguments)
 
 
 def cuda_kernel(function: Callable[..., None]) -> Kernel:

@@ -29,6 +29,7 @@ class Ready(NamedTuple):
         handle: The kernel, of the driver.
         launch: The driver's function that launches it.
         pack: Packs all numbers of the arguments into memory.
+        offsets: Where each number is in that memory [bytes].
         memory: That memory.
         places: The addresses of the arguments in that memory, for the driver.
     """
@@ -36,8 +37,30 @@ class Ready(NamedTuple):
     handle: Any
     launch: Any
     pack: struct.Struct
+    offsets: tuple[int, ...]
     memory: Any
     places: Any
+
+
+class Prepared:
+    """A launch whose arguments are packed once; to repeat it takes one call of the driver.
+
+    The arrays are alive as long as this is.
+
+    Args:
+        ready: The compiled kernel, with memory of its own for these arguments.
+        sizes: Blocks, threads and shared memory, as the driver takes them.
+        arguments: The arguments.
+    """
+
+    def __init__(self, ready: Ready, sizes: tuple[int, ...], arguments: Any) -> None:
+        """Keep what the driver needs."""
+        self._ready, self._sizes, self._arguments = ready, sizes, arguments
+        self._places = ctypes.addressof(ready.places)
+
+    def __call__(self, stream: Any = 0) -> None:
+        """Launch the kernel on a stream of the driver; on the default stream if none is given."""
+        start(self._ready, self._sizes, self._places, stream)
 
 
 class Launcher:
@@ -66,19 +89,32 @@ class Launcher:
         kinds: list[Hashable] = []
         numbers: list[Any] = []
         flatten(arguments, kinds, numbers)
-        key = tuple(kinds)
         with self._lock:  # the driver copies the arguments before it returns
-            ready = self._ready.get(key)
-            if ready is None:
-                ready = self._ready[key] = prepare(self._dispatcher, arguments, len(numbers))
-            if shared_bytes > self._shared.get(key, FIXED_SHARED):
-                self._allow(ready, shared_bytes)
-                self._shared[key] = shared_bytes
+            ready = self._compiled(tuple(kinds), arguments, len(numbers), shared_bytes)
             ready.pack.pack_into(ready.memory, 0, *numbers)
             sizes = n_blocks, 1, 1, size, 1, 1, shared_bytes
-            more = () if ready.launch is driver.cuLaunchCooperativeKernel else (0,)
-            places = ctypes.addressof(ready.places)
-            call_driver(ready.launch, ready.handle, *sizes, 0, places, *more)
+            start(ready, sizes, ctypes.addressof(ready.places), 0)
+
+    def prepare(self, n_blocks: int, size: int, shared_bytes: int, arguments: Any) -> Prepared:
+        """Return a launch with these arguments that can be repeated; parameters as for a launch."""
+        kinds: list[Hashable] = []
+        numbers: list[Any] = []
+        flatten(arguments, kinds, numbers)
+        with self._lock:
+            ready = self._compiled(tuple(kinds), arguments, len(numbers), shared_bytes)
+        own = with_own_memory(ready)
+        own.pack.pack_into(own.memory, 0, *numbers)
+        return Prepared(own, (n_blocks, 1, 1, size, 1, 1, shared_bytes), arguments)
+
+    def _compiled(self, key: Hashable, arguments: Any, n_numbers: int, shared_bytes: int) -> Ready:
+        """Return the kernel for the types of some arguments; compile it if they are new."""
+        ready = self._ready.get(key)
+        if ready is None:
+            ready = self._ready[key] = prepare(self._dispatcher, arguments, n_numbers)
+        if shared_bytes > self._shared.get(key, FIXED_SHARED):
+            self._allow(ready, shared_bytes)
+            self._shared[key] = shared_bytes
+        return ready
 
     @staticmethod
     def _allow(ready: Ready, shared_bytes: int) -> None:
@@ -87,6 +123,19 @@ class Launcher:
         device = call_driver(driver.cuCtxGetDevice)
         kernel = driver.CUkernel(int(ready.handle))
         call_driver(driver.cuKernelSetAttribute, name, shared_bytes, kernel, device)
+
+
+def start(ready: Ready, sizes: tuple[int, ...], places: int, stream: Any) -> None:
+    """Launch a kernel by the driver.
+
+    Args:
+        ready: The kernel.
+        sizes: Blocks and threads on three axes each, and the shared memory [bytes].
+        places: Address of the addresses of the arguments.
+        stream: A stream of the driver, or 0.
+    """
+    more = () if ready.launch is driver.cuLaunchCooperativeKernel else (0,)
+    call_driver(ready.launch, ready.handle, *sizes, stream, places, *more)
 
 
 def flatten(arguments: Any, kinds_out: list[Hashable], numbers_out: list[Any]) -> None:
@@ -131,13 +180,17 @@ def prepare(dispatcher: Any, arguments: Any, n_numbers: int) -> Ready:
     kernel.bind()
     codes = "".join(map(code_of, own))
     pack = struct.Struct("@" + codes)  # with the alignment of C, as a kernel has it
-    memory = ctypes.create_string_buffer(max(pack.size, 1))
-    begin = ctypes.addressof(memory)
     ends = [struct.calcsize("@" + codes[: i + 1]) for i in range(n_numbers)]
     sizes = [struct.calcsize(code) for code in codes]
-    places = (ctypes.c_void_p * max(n_numbers, 1))(
-        *(begin + end - size for end, size in zip(ends, sizes, strict=True))
-    )
+    offsets = tuple(end - size for end, size in zip(ends, sizes, strict=True))
     handle = driver.CUfunction(int(kernel._codelibrary.get_cufunc().handle))
     launch = driver.cuLaunchCooperativeKernel if kernel.cooperative else driver.cuLaunchKernel
-    return Ready(handle, launch, pack, memory, places)
+    return with_own_memory(Ready(handle, launch, pack, offsets, None, None))
+
+
+def with_own_memory(ready: Ready) -> Ready:
+    """Return the same kernel with new memory for its arguments."""
+    memory = ctypes.create_string_buffer(max(ready.pack.size, 1))
+    begin = ctypes.addressof(memory)
+    places = (ctypes.c_void_p * max(len(ready.offsets), 1))(*(begin + k for k in ready.offsets))
+    return ready._replace(memory=memory, places=places)

@@ -4,6 +4,7 @@ The arrays of `base/cuda/memory.py` are the same as on a GPU; their addresses ar
 """
 
 import ctypes
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -84,6 +85,17 @@ def launch(dispatcher: Any, n_blocks: int, size: int, shared_bytes: int, argumen
         arguments: Arrays of `base/cuda/memory.py`, numbers, and records of these.
     """
     dispatcher[n_blocks, size, 0, shared_bytes](*map(_as_simulated, arguments))
+
+
+def prepared(
+    dispatcher: Any, n_blocks: int, size: int, shared_bytes: int, arguments: Any
+) -> Callable[..., None]:
+    """Return a launch that can be repeated with the same arguments; parameters as of `launch`."""
+
+    def again(_stream: Any = 0) -> None:
+        launch(dispatcher, n_blocks, size, shared_bytes, arguments)
+
+    return again
 
 
 def _as_simulated(argument: Any) -> Any:

@@ -22,7 +22,7 @@ from typing import Any
 import numba
 from numba import cuda
 
-from izo_ref.base.arrays import Floats
+from izo_ref.base.arrays import Floats, Indices
 from izo_ref.base.cuda.compile import device_function
 from izo_ref.base.serial.thread_group import ThreadGroup
 
@@ -98,9 +98,19 @@ def _maxima(_parts: Any, a: float, b: float) -> tuple[float, float]:
 
 
 @device_function
+def _add(values: Indices, i: int, amount: int) -> int:
+    return cuda.atomic.add(values, i, amount)
+
+
+@device_function
+def _least(values: Indices, i: int, value: int) -> None:
+    cuda.atomic.min(values, i, value)
+
+
+@device_function
 def block() -> ThreadGroup:
     """Return the thread group of a block."""
-    return ThreadGroup(_rank, _size, _wait, _sums, _maxima, None)
+    return ThreadGroup(_rank, _size, _wait, _sums, _maxima, _add, _least, None)
 
 
 @device_function
@@ -166,5 +176,12 @@ def grid(parts: Floats) -> ThreadGroup:
         parts: (n_blocks, PARTS) f8, work space in the memory of the GPU, zeros at first.
     """
     return ThreadGroup(
-        _rank_in_grid, _size_of_grid, _wait_for_grid, _sums_of_grid, _maxima_of_grid, parts
+        _rank_in_grid,
+        _size_of_grid,
+        _wait_for_grid,
+        _sums_of_grid,
+        _maxima_of_grid,
+        _add,
+        _least,
+        parts,
     )

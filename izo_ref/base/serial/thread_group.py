@@ -5,6 +5,10 @@ Code that is written for a thread group loops over the unknowns or constraints o
 the entry at once. Other threads may read the entry after the next `wait`, sum or maximum, because
 sums and maxima wait, too. Each thread must call every wait, sum and maximum. All threads get the
 same sums and maxima, so they all take the same branches.
+
+Several threads may change one integer between two waits by `group_add` and `group_least` alone.
+What `group_add` returns depends on the order of the threads, so results must not depend on it:
+lists that are filled by it are sorted afterwards.
 """
 
 from typing import Any, NamedTuple
@@ -13,6 +17,7 @@ from numba import typeof, types
 from numba.core import config
 from numba.extending import intrinsic
 
+from izo_ref.base.arrays import Indices
 from izo_ref.base.compile import compiled
 
 
@@ -28,6 +33,8 @@ class ThreadGroup(NamedTuple):
     wait: Any  # () -> None, when all threads have come here
     sums: Any  # (parts, a, b, c) -> three sums over all threads
     maxima: Any  # (parts, a, b) -> two maxima over all threads
+    add: Any  # (values, i, amount) -> values[i] before the amount is added to it, at once
+    least: Any  # (values, i, value) -> None, values[i] becomes the lesser of the two, at once
     parts: Any  # work space of `sums` and `maxima`, where several blocks need it; else None
 
 
@@ -47,6 +54,22 @@ def group_sums(group: ThreadGroup, a: float, b: float, c: float) -> tuple[float,
 def group_maxima(group: ThreadGroup, a: float, b: float) -> tuple[float, float]:
     """Return the maxima of two numbers over all threads of a group."""
     return group.maxima(group.parts, a, b)
+
+
+@compiled
+def group_add(group: ThreadGroup, values: Indices, i: int, amount: int) -> int:
+    """Add to values[i] in one step that no other thread of the group comes between.
+
+    Returns:
+        values[i] as it was before.
+    """
+    return group.add(values, i, amount)
+
+
+@compiled
+def group_least(group: ThreadGroup, values: Indices, i: int, value: int) -> None:
+    """Lower values[i] to a value, in one step that no other thread of the group comes between."""
+    group.least(values, i, value)
 
 
 @compiled
@@ -74,7 +97,21 @@ def _own_maxima(_parts: Any, a: float, b: float) -> tuple[float, float]:
     return a, b
 
 
-ALONE = ThreadGroup(_first_rank, _size_of_one, _no_wait, _own_sums, _own_maxima, None)
+@compiled
+def _own_add(values: Indices, i: int, amount: int) -> int:
+    before = values[i]
+    values[i] = before + amount
+    return before
+
+
+@compiled
+def _own_least(values: Indices, i: int, value: int) -> None:
+    values[i] = min(values[i], value)
+
+
+ALONE = ThreadGroup(
+    _first_rank, _size_of_one, _no_wait, _own_sums, _own_maxima, _own_add, _own_least, None
+)
 
 
 @intrinsic
