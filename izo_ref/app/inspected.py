@@ -39,7 +39,7 @@ class Part(NamedTuple):
 class _Step:
     """A step in an .npz archive, as an animation of two frames."""
 
-    precision = "float64"
+    precision, up = "float64", "z"
 
     def __init__(self, path: Path) -> None:
         names = ("positions_t0", "positions_t1", "faces")

@@ -55,7 +55,9 @@ def add_view(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         help="for point caches: OBJ or PLY file with their polygons (default: the file beside)",
     )
     command.add_argument(
-        "--up", choices=("y", "z"), help="axis that points up (default: z in .npz and PLY, else y)"
+        "--up",
+        choices=("y", "z"),
+        help="axis that points up (default: as a USD file says, z in .npz and PLY, else y)",
     )
     command.add_argument(
         "--open", action="store_true", help="open the page in the browser when it is written"

@@ -54,12 +54,13 @@ class AlembicAnimation:
             above.
         n_frames: Number of samples, 1 if nothing has several.
         precision: `float32`.
+        up: `y`, the custom of programs that write Alembic.
         times: (n_frames,) f8 [s], times of the frames.
         is_exact: Whether the file holds positions in the world, so that what is written is what
             `frame` reads; else `as_written` tells what it reads.
     """
 
-    precision = "float32"
+    precision, up = "float32", "y"
 
     def __init__(self, path: FilePath) -> None:
         """Open an archive.

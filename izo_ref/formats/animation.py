@@ -48,12 +48,14 @@ class Animation(Protocol):
         meshes: Its meshes; their vertices are numbered one mesh after the other.
         n_frames: Number of frames, at least 1.
         precision: `float32` or `float64`: the floats that hold positions in this format.
+        up: The axis that points up, `y` or `z`: as the file says, or as is usual in its format.
     """
 
     path: Path
     meshes: tuple[Mesh, ...]
     n_frames: int
     precision: str
+    up: str
 
     def frame(self, number: int) -> Positions:
         """Read the positions of a frame, (n_vertices, 3) f8 [m as written].

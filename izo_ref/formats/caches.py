@@ -74,10 +74,12 @@ class PointCache(ABC):
         meshes: The meshes of the file with the polygons.
         n_frames: Number of frames.
         precision: `float32`.
+        up: `y`, the custom of programs that write point caches.
         suffix: Suffix of the format.
         dtype: Type of its floats.
     """
 
+    up: ClassVar[str] = "y"
     suffix: ClassVar[str]
     dtype: ClassVar[np.dtype[Any]]
 

@@ -68,11 +68,13 @@ class FilesAnimation:
         meshes: The meshes of the first frame.
         n_frames: Number of files.
         precision: `float32` or `float64`.
+        up: Axis that points up by the custom of the format, `y` or `z`.
         suffix: Suffix of the files.
         copied: Suffixes of other files of a folder, which are copied when it is written.
     """
 
     suffix: ClassVar[str] = ""
+    up: ClassVar[str] = "y"
     copied: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, path: FilePath) -> None:

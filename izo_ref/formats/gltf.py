@@ -65,12 +65,13 @@ class GltfAnimation:
         meshes: Its meshes, in the order of the nodes.
         n_frames: Number of key times, 1 without an animation.
         precision: `float32`.
+        up: `y`, as glTF has it.
         times: (n_frames,) f8 [s], key times; one zero without an animation.
         is_exact: Whether the file holds positions in the world, so that what is written is what
             `frame` reads; else `as_written` tells what it reads.
     """
 
-    precision = "float32"
+    precision, up = "float32", "y"
 
     def __init__(self, path: FilePath) -> None:
         """Open a file with its buffers.

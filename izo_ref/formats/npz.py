@@ -46,7 +46,10 @@ class NpzAnimation:
         meshes: One mesh with the name of the file.
         n_frames: Number of frames.
         precision: `float32` or `float64`, the type of `positions`.
+        up: `z`, the custom of simulators.
     """
+
+    up = "z"
 
     def __init__(self, path: FilePath) -> None:
         """Open an archive.

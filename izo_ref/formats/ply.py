@@ -34,7 +34,7 @@ class PlyAnimation(FilesAnimation):
     The attributes are those of `FilesAnimation`; `precision` is the type of x, y and z.
     """
 
-    suffix = ".ply"
+    suffix, up = ".ply", "z"
 
     def _parse(self, content: bytes, where: str, first: FileFrame | None) -> FileFrame:
         return parse_ply(content, where, self.path.stem, first)

@@ -59,6 +59,7 @@ class UsdAnimation:
         meshes: Its meshes, in the order of the stage; names are paths of prims.
         n_frames: Number of time codes, 1 if nothing has samples.
         precision: `float32`.
+        up: `y` or `z`, as the stage says.
         times: (n_frames,) f8, time codes; one NaN, USD's default time, if nothing has samples.
         is_exact: Whether the file holds positions in the world, so that what is written is what
             `frame` reads; else `as_written` tells what it reads.
@@ -82,6 +83,7 @@ class UsdAnimation:
         try_in_child(__name__, "UsdAnimation", self.path)
         with errors(self.path):
             self._stage = open_stage(self.path)
+            self.up = str(pxr().UsdGeom.GetStageUpAxis(self._stage)).lower()
             self._prims = _mesh_prims(self._stage, self.path)
             self.times = _times(self._prims, self.path)
             self.n_frames = len(self.times)

@@ -57,6 +57,14 @@ def cloth(request, tmp_path):
     return path
 
 
+@pytest.mark.parametrize("up", ["y", "z"])
+def test_the_axis_that_points_up_is_that_of_the_stage(cloth, up):
+    stage = Usd.Stage.Open(str(cloth))
+    UsdGeom.SetStageUpAxis(stage, up.upper())
+    stage.Save()
+    assert open_animation(cloth).up == up
+
+
 def second_reader(path, name, time):
     stage = Usd.Stage.Open(Sdf.Layer.OpenAsAnonymous(str(path)))
     return np.array(UsdGeom.Mesh(stage.GetPrimAtPath(name)).GetPointsAttr().Get(time))

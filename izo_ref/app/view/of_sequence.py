@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from pathlib import Path
 
 import numpy as np
 
@@ -27,7 +26,6 @@ from izo_ref.formats.animation import Animation, Mesh, triangles
 # holds 12 bytes for each position.
 MOST_POSITIONS = 5_000_000
 MOST_PAIRS = 200_000  # pairs that a page holds in all frames
-Z_UP = (".npz", ".ply")  # formats in which z usually points up; in the others, y does
 NAMES = ("Proposed", "Resolved")
 
 
@@ -77,7 +75,7 @@ def sequence_view(
         zone_of=None,
         frames=frames,
         sides=sides,
-        up=_up(first.path),
+        up=first.up,
         notes=_notes(animations, frames, sides, n_degenerate),
         tables=[_meshes_table(meshes), _frames_table(frames, sides)],
     )
@@ -85,12 +83,6 @@ def sequence_view(
 
 def _n_vertices(animation: Animation) -> int:
     return sum(mesh.n_vertices for mesh in animation.meshes)
-
-
-def _up(path: Path) -> str:
-    """Return the axis that usually points up in a format."""
-    of_ply = path.is_dir() and any(entry.suffix.lower() == ".ply" for entry in path.iterdir())
-    return "z" if of_ply or path.suffix.lower() in Z_UP else "y"
 
 
 def _check_frames(obstacle: Animation, n_frames: int) -> None:
