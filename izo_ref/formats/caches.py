@@ -79,7 +79,7 @@ class PointCache(ABC):
         dtype: Type of its floats.
     """
 
-    up: ClassVar[str] = "y"
+    up = "y"
     suffix: ClassVar[str]
     dtype: ClassVar[np.dtype[Any]]
 

@@ -74,7 +74,7 @@ class FilesAnimation:
     """
 
     suffix: ClassVar[str] = ""
-    up: ClassVar[str] = "y"
+    up = "y"
     copied: ClassVar[tuple[str, ...]] = ()
 
     def __init__(self, path: FilePath) -> None:
