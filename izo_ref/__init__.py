@@ -25,8 +25,10 @@ if TYPE_CHECKING:
     )
     from izo_ref.certificate.certify import PathCertificate, certify_path
     from izo_ref.detection.find import find_impacts
+    from izo_ref.loop.keep_on_gpu import keep_on_gpu
     from izo_ref.loop.plan import Plan, plan
     from izo_ref.loop.resolve import Result, resolve
+    from izo_ref.loop.simulation import GpuResult, GpuScene
     from izo_ref.scene import Scene
     from izo_ref.sequence.inspect import inspect_sequence
     from izo_ref.sequence.inspection import Inspection
@@ -42,6 +44,8 @@ __all__ = [
     "ExcludedPairs",
     "Exclusion",
     "Frame",
+    "GpuResult",
+    "GpuScene",
     "Impacts",
     "Inspection",
     "IzoError",
@@ -65,6 +69,7 @@ __all__ = [
     "errors",
     "find_impacts",
     "inspect_sequence",
+    "keep_on_gpu",
     "plan",
     "residuals",
     "resolve",
@@ -89,8 +94,10 @@ _MODULES = {
     ),
     "certificate.certify": ("PathCertificate", "certify_path"),
     "detection.find": ("find_impacts",),
+    "loop.keep_on_gpu": ("keep_on_gpu",),
     "loop.plan": ("Plan", "plan"),
     "loop.resolve": ("Result", "resolve"),
+    "loop.simulation": ("GpuResult", "GpuScene"),
     "scene": ("Scene",),
     "sequence.inspect": ("inspect_sequence",),
     "sequence.inspection": ("Inspection",),

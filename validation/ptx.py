@@ -19,20 +19,43 @@ from unittest.mock import patch
 
 import izo_ref
 from izo_ref.base.cuda.compile import Kernel
+from izo_ref.base.records import Impacts
+from izo_ref.detection.serial.records import ContactList, PathArrays, SortSpace
 from izo_ref.detection.serial.tree import Tree
 from izo_ref.solvers.serial.records import Inputs, Results, WorkSpace
 from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.small_zone import Limits
+from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
+from izo_ref.zones.serial.group_records import (
+    GroupWork,
+    SelectionRule,
+    SelectionWork,
+    StepArrays,
+    VertexLabels,
+    ZoneImpacts,
+    ZoneLists,
+    ZoneRule,
+)
+from izo_ref.zones.serial.listed_zones import ListedZones
 
-CAPABILITIES = ((8, 0), (9, 0), (10, 0))
+CAPABILITIES = ((8, 0), (8, 9), (9, 0), (10, 0))  # of the study
+TESTED = (
+    CAPABILITIES[0],
+    CAPABILITIES[-1],
+)  # the oldest and the newest; each takes 70 s of CPU time
 DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": "int8"} | {
     "u1": "uint8",
     "u4": "uint32",
     "u8": "uint64",
     "b1": "boolean",
 }
+OF_DETECTION = (Impacts, ContactList, PathArrays, SortSpace)
+OF_GROUPS = (GroupWork, SelectionRule, SelectionWork, StepArrays)
+OF_GROUPS += (VertexLabels, ZoneImpacts, ZoneLists, ZoneRule)
+OF_ZONES = (ListedZones, StepInputs, StepState, ZoneRows, ZoneAnswers)
+OF_SOLVERS = (Settings, Limits, Inputs, Results, WorkSpace)
 RECORDS = {
-    record.__name__: record for record in (Tree, Settings, Limits, Inputs, Results, WorkSpace)
+    record.__name__: record for record in (Tree, *OF_DETECTION, *OF_GROUPS, *OF_ZONES, *OF_SOLVERS)
 }
 # Kernels with a stack frame, and the reason for it.
 FRAMES = {
@@ -47,6 +70,9 @@ PARAMETER = re.compile(
 )
 # A field of a record, and the comment behind it: the shape if it is an array, and the types.
 FIELD = re.compile(r"^    \w+: ([\w.]+)(?:  # \((.*?)\) (\w+(?: or \w+)*))?", re.M)
+# An instruction of PTX, which may have a condition, and those of a float type that compute nothing.
+INSTRUCTION = re.compile(r"\s+(?:@!?%\w+\s+)?([a-z][\w.]*)\s.*;")
+NOT_COMPUTED = ("mov", "ld", "st")
 SCALARS = {"int": "i8", "float": "f8", "bool": "b1"}
 NumbaType: TypeAlias = Any  # numba has no annotations for its types
 
@@ -123,7 +149,7 @@ def _type(shape: str, record: str, kind: str) -> NumbaType:
             members.append(_array(axes, kind))
         else:
             members.append(_array(axes, kinds or SCALARS[own]))
-    return types.NamedTuple(members, RECORDS[record])
+    return types.BaseTuple.from_types(tuple(members), RECORDS[record])
 
 
 def _array(shape: str, kind: str) -> NumbaType:
@@ -149,16 +175,11 @@ def build(kernel: Kernel, signature: tuple[NumbaType, ...], capability: tuple[in
     Raises:
         RuntimeError: ptxas is not installed or fails; the message holds its output.
     """
-    from numba import cuda
-
     program = ptxas()
     if program is None:
         raise RuntimeError("ptxas: the package nvidia-cuda-nvcc is not installed")
 
-    gpu = SimpleNamespace(compute_capability=capability)
-    with patch("numba.cuda.dispatcher.get_current_device", lambda: gpu):
-        # numba-cuda fills the module numba.cuda on import, which the type checker cannot see
-        ptx, _ = cuda.compile_ptx(kernel.function, signature, cc=capability)  # pyright: ignore[reportPrivateImportUsage]
+    ptx = _ptx_of(kernel, signature, capability)
     with tempfile.TemporaryDirectory() as folder:
         source = Path(folder, "kernel.ptx")
         source.write_text(ptx)
@@ -170,6 +191,37 @@ def build(kernel: Kernel, signature: tuple[NumbaType, ...], capability: tuple[in
     if done.returncode:
         raise RuntimeError(f"ptxas: {done.stderr}")
     return _report(done.stderr)
+
+
+def instructions(
+    kernel: Kernel, signature: tuple[NumbaType, ...], capability: tuple[int, int]
+) -> dict[str, int]:
+    """Count the instructions of a kernel in PTX that compute in float32 and in float64.
+
+    Moves and constants do not count, loads and stores neither. An instruction in a loop counts
+    once.
+
+    Returns:
+        The numbers of `f32` and `f64`; a conversion counts for both types.
+    """
+    counts = {"f32": 0, "f64": 0}
+    for line in _ptx_of(kernel, signature, capability).splitlines():
+        found = INSTRUCTION.match(line)
+        if found and found[1].split(".")[0] not in NOT_COMPUTED:
+            for kind in counts:
+                counts[kind] += kind in found[1].split(".")
+    return counts
+
+
+def _ptx_of(kernel: Kernel, signature: tuple[NumbaType, ...], capability: tuple[int, int]) -> str:
+    """Compile a kernel to PTX."""
+    from numba import cuda
+
+    gpu = SimpleNamespace(compute_capability=capability)
+    with patch("numba.cuda.dispatcher.get_current_device", lambda: gpu):
+        # numba-cuda fills the module numba.cuda on import, which the type checker cannot see
+        ptx, _ = cuda.compile_ptx(kernel.function, signature, cc=capability)  # pyright: ignore[reportPrivateImportUsage]
+    return ptx
 
 
 def ptxas() -> Path | None:

@@ -21,6 +21,8 @@ from izo_ref.base.records import SceneArrays
 GPU_FACES = 100_000
 # Device types of DLPack for the memory of a GPU and for managed memory.
 DLPACK_CUDA_DEVICES = (2, 13)
+# Threads of a launch in the simulator whose size depends on no count. Each is a thread of Python.
+SIMULATED_THREADS = 3
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -83,13 +85,17 @@ def require_gpu() -> None:
         )
     from numba import cuda
 
-    if os.environ.get("NUMBA_ENABLE_CUDASIM", "0") != "0":
+    if _is_simulated():
         return  # the simulator runs every kernel in Python, slowly
     if not cuda.is_available():
         raise DeviceUnavailableError(
             "device 'cuda': no NVIDIA GPU with a driver for CUDA 13 (580 or newer) was found; "
             f"install the driver, or use device 'cpu' ({_driver_message(cuda)})"
         )
+
+
+def _is_simulated() -> bool:
+    return os.environ.get("NUMBA_ENABLE_CUDASIM", "0") != "0"
 
 
 def has_gpu() -> bool:
@@ -107,6 +113,19 @@ def count_resident_blocks() -> int:
 
     # the simulator has no multiprocessors, and runs one block after the other
     return getattr(cuda.get_current_device(), "MULTIPROCESSOR_COUNT", 1)
+
+
+def fixed_launch(blocks_each: int, n_threads: int) -> tuple[int, int]:
+    """Return the blocks of a launch, and the threads of a block, that suit any amount of work.
+
+    Args:
+        blocks_each: Blocks for each multiprocessor. With 1, all blocks certainly run at the same
+            time, so that they may wait for each other.
+        n_threads: Threads of a block.
+    """
+    if _is_simulated():
+        return 1, SIMULATED_THREADS
+    return blocks_each * count_resident_blocks(), n_threads
 
 
 def largest_shared_bytes() -> int:

@@ -1,12 +1,7 @@
-"""Arrays that other libraries keep on a GPU: CuPy, PyTorch, JAX, Warp, numba, anything with DLPack.
-
-CuPy also sorts arrays of this package, where it is installed.
-"""
+"""Arrays that other libraries keep on a GPU: CuPy, PyTorch, JAX, Warp, numba, and others."""
 
 from __future__ import annotations
 
-from functools import cache
-from importlib.util import find_spec
 from typing import Any
 
 # installed with numba-cuda
@@ -73,24 +68,3 @@ class Described:
             "strides": strides,
             "version": 3,
         }
-
-
-@cache
-def has_cupy() -> bool:
-    """Return whether CuPy is installed and has a GPU; the simulator has none."""
-    return not config.ENABLE_CUDASIM and find_spec("cupy") is not None
-
-
-def order_by_cupy(keys: GpuArray) -> GpuArray:
-    """Return the stable order that sorts keys; CuPy uses the default stream, too.
-
-    Args:
-        keys: (n,) i8.
-
-    Returns:
-        (n,) i8.
-    """
-    import cupy  # pyright: ignore[reportMissingImports]  # optional
-
-    order = cupy.argsort(cupy.asarray(keys))
-    return array_at(order)

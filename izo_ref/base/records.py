@@ -195,11 +195,11 @@ class Impacts(NamedTuple):
         normals: (n, 3) f8, unit vectors; the gap is positive at t = 0.
     """
 
-    nodes: Nodes
-    is_edge_edge: Flags
-    toi: Times
-    weights: Weights
-    normals: Normals
+    nodes: Nodes  # (n, 4) i4
+    is_edge_edge: Flags  # (n,) b1
+    toi: Times  # (n,) f8
+    weights: Weights  # (n, 4) f8
+    normals: Normals  # (n, 3) f8
 
     def take(self, index: Any) -> Impacts:
         """Return the impacts of an index array or a mask."""
@@ -252,26 +252,30 @@ class PairCounts:
     Attributes:
         moved: Vertices that ended elsewhere than in the detection before.
         pairs: Candidate pairs, by kind.
-        steps: Steps of all proofs.
-        most_steps: Steps of the longest proof.
+        settled: Candidate pairs that a GPU proved apart in float32; they take no step.
+        steps: Steps of all proofs in float64.
+        most_steps: Steps of the longest of these proofs.
     """
 
     def __init__(self, moved: int = 0) -> None:
         """Start all counts of pairs and steps at zero."""
         self.moved = moved
         self.pairs = {"vertex_face": 0, "edge_edge": 0}
+        self.settled = 0
         self.steps = 0
         self.most_steps = 0
 
-    def add(self, kind: str, pairs: int, steps: int, most_steps: int) -> None:
+    def add(self, kind: str, pairs: int, steps: int, most_steps: int, settled: int = 0) -> None:
         """Add the counts of some pairs.
 
         Args:
             kind: `vertex_face` or `edge_edge`.
             pairs: Candidate pairs.
-            steps: Steps of their proofs.
+            steps: Steps of their proofs in float64.
             most_steps: Steps of the longest of these proofs.
+            settled: How many of the pairs a GPU proved apart in float32.
         """
         self.pairs[kind] += int(pairs)
+        self.settled += int(settled)
         self.steps += int(steps)
         self.most_steps = max(self.most_steps, int(most_steps))

@@ -27,8 +27,8 @@ from izo_ref.certificate.cpu import meetings as kernels
 from izo_ref.detection.detector import Detector
 from izo_ref.detection.intersections import states_of_pairs
 from izo_ref.detection.pair_keys import pair_keys
+from izo_ref.detection.serial.prescribed import prescribed_impacts
 from izo_ref.detection.weld import require_together
-from izo_ref.zones.serial.selection import prescribed_impacts
 
 
 class PathCertificate(NamedTuple):
@@ -45,8 +45,9 @@ class PathCertificate(NamedTuple):
             because their boxes are, or because they are at rest.
         vertex_face: Number of vertex-face pairs among the candidates.
         edge_edge: Number of edge-edge pairs among the candidates.
-        proofs: Number of steps of all proofs. A pair that an axis or a diagonal separates takes no
-            step.
+        proofs: Number of steps of all proofs in float64. A pair that an axis or a diagonal
+            separates takes no step. Neither does one that a GPU proves apart in float32, so this
+            number is smaller on a GPU.
         most_proofs: Number of steps of the longest proof of a pair.
         exact: Number of pairs that floats could not decide, so that exact arithmetic did.
         meeting: The `Pairs` that meet, in the order of their times: the first one sets `time_free`.

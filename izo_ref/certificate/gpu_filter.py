@@ -30,7 +30,7 @@ def filter_path(
         The pairs as `Impacts`; which of them certainly meet, (n,) b1; and the counts of the
         detection. All are on the CPU.
     """
-    detector, end = Detector(scene, counts_proofs=True), to_gpu(positions)
+    detector, end = Detector(scene), to_gpu(positions)
     found = detector.find(end)
     deadline.check()
     n = found.toi.shape[0]

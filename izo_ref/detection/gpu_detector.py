@@ -1,84 +1,52 @@
 """Detection on a GPU: finds the same impacts as `detection/detector.py`, in the same order.
 
-Nothing is kept from one path to the next. For each path, the pairs whose moving boxes meet are
-counted and then written, so that there is no limit to their number. Among them the contacts are
-found, and among these the impacts, which are sorted.
+Nothing is kept from one path to the next but memory. A detection is five launches without a look
+from the host in between: `cuda/tree.py` fits the boxes and lists the pairs whose moving boxes meet,
+`cuda/contacts.py` lists those that float32 does not prove apart, lists the contacts among them, and
+sorts the impacts. Lists that are too short are counted to their end; the host reads the counts
+once, makes longer lists, and detects again.
 """
 
-from collections.abc import Iterator
-from itertools import zip_longest
+from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
-from izo_ref.base.arrays import GpuArray, Indices, Ints, Offsets, Positions
-from izo_ref.base.cuda.arrays import LARGEST, LEAST, SUM
+from izo_ref.base.arrays import GpuArray, Indices, Positions
+from izo_ref.base.cuda.arrays import fill
 from izo_ref.base.gpu_arrays import (
-    arange,
-    as_column,
-    concatenate,
+    copy_positions,
     empty,
-    flatnonzero,
-    full,
-    last_of,
-    offsets_of,
+    overwrite,
     positions_of,
-    reduce,
-    stable_argsort,
-    take,
     to_cpu,
     to_gpu,
 )
-from izo_ref.base.gpu_impacts import (
-    concatenate_impacts,
-    empty_impacts,
-    impacts_to_cpu,
-    impacts_to_gpu,
-)
-from izo_ref.base.records import Impacts, PairCounts, SceneArrays, no_impacts
-from izo_ref.base.sizes import near_mesh
-from izo_ref.detection.cpu import frames as cpu_frames
-from izo_ref.detection.cuda import contacts, frames, paths
-from izo_ref.detection.cuda import tree as trees
-from izo_ref.detection.doubts import settle_doubts
-from izo_ref.detection.serial.contacts import VERTEX_FACE_OFFSET
-from izo_ref.detection.serial.tree import Tree
+from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_gpu
+from izo_ref.base.gpu_launch import by_blocks, by_grid
+from izo_ref.base.records import Impacts, PairCounts, SceneArrays, join_impacts
+from izo_ref.detection.cuda import contacts, tree
+from izo_ref.detection.gpu_found import Found, pair_counts, settled
+from izo_ref.detection.gpu_trees import frame_of_boxes, keys_to_ignore, make_trees
+from izo_ref.detection.serial import found_counts as places
+from izo_ref.detection.serial.group_contacts import LAST_KEY
+from izo_ref.detection.serial.prescribed import prescribed_impacts
+from izo_ref.detection.serial.records import ContactList, PathArrays, SortSpace
 from izo_ref.detection.touching_path import TouchingPath
-from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
 
-# Pairs that one launch looks at. Each takes 72 bytes until the contacts are known.
-BATCH = 1 << 22
-
-
-class Elements:
-    """Elements of one kind (vertices, edges or faces), sorted in space, in a tree of boxes.
-
-    Args:
-        numbers: (n,) i4, numbers of the elements, on the CPU.
-        nodes: (n, k) i4, vertices of the elements, on the CPU.
-        positions_t0: (n_vertices, 3) f8 [m], start positions, on the GPU.
-        grid: Origin (3,) [m], on the GPU, and cells per metre of the grid of the Morton curve along
-            which the elements are sorted.
-
-    Attributes:
-        tree: `Tree`, on the GPU.
-        levels: (n_levels + 1,) i8, `tree.levels` on the CPU.
-        numbers: (n,) i8, 0 to n - 1, on the GPU.
-        no_room: (n + 1,) i8, zeros, on the GPU: starts with which nothing is written.
-    """
-
-    def __init__(
-        self, numbers: Ints, nodes: Ints, positions_t0: GpuArray, grid: tuple[GpuArray, float]
-    ) -> None:
-        """Sort the elements, and make the tree with empty boxes."""
-        n = len(nodes)
-        nodes, codes = to_gpu(nodes), empty(n, np.int64)
-        trees.compute_morton_codes[n](positions_t0, nodes, *grid, codes)
-        index = stable_argsort(codes)
-        order = take(to_gpu(numbers), index)
-        blocks, lanes, self.levels = bare_tree(n, np.float32)
-        levels = to_gpu(self.levels)
-        self.tree = Tree(order, take(nodes, index), to_gpu(blocks), to_gpu(lanes), levels)
-        self.numbers, self.no_room = arange(n), full(n + 1, 0, np.int64)
+# Threads of a block whose blocks wait for each other, which fits boxes or lists impacts. One block
+# must find enough registers on each multiprocessor.
+FIT_THREADS, LIST_THREADS = 512, 256
+# Blocks of a multiprocessor, and threads of a block, where the blocks do not wait. More blocks than
+# run at the same time share out queries that take long and queries that do not.
+BLOCKS, THREADS = 16, 128
+# Pairs for which there is room at first, for each query, as on the CPU. A pair takes 16 bytes.
+PAIRS_PER_QUERY = 8
+# Contacts for which there is room at first, for each vertex, and the least room. A contact and its
+# impact take 225 bytes.
+CONTACTS_PER_VERTEX, LEAST_CONTACTS = 0.25, 1024
+LEAST_IGNORED = 64  # pairs to ignore for which there is room at first
 
 
 class Detector:
@@ -86,37 +54,151 @@ class Detector:
 
     Args:
         scene: The scene, which gives the start, the mesh and the pairs to ignore.
-        counts_proofs: Whether to count the steps of the proofs; otherwise these counts stay 0.
+        counts: (N_COUNTS,) i8 on the GPU, where `serial/found_counts.py` has its counts; None for
+            an array of its own.
 
     Attributes:
         counts: `PairCounts` of the last detection.
+        trees: The trees of the vertices, of the edges and of the faces, on the GPU.
+        start: (n_vertices, 3) f8 [m], start of the paths, on the GPU.
+        impacts: The impacts that the launches found, on the GPU, with room for more.
+        n_arrays_made: How often arrays were made anew. If it has changed, `launches` have to be
+            prepared again.
     """
 
-    def __init__(self, scene: SceneArrays, counts_proofs: bool = False) -> None:
-        """Copy the mesh to the GPU and make the trees."""
-        start = scene.positions_t0
-        self.counts, self._counts_proofs = PairCounts(), counts_proofs
-        self._n = len(start)
-        self._has_faces = len(scene.faces) > 0
-        if not self._has_faces:
-            return
-        self._start = positions_of(scene, "positions_t0")
-        origin, scale = box_frame(start, scene.edges)
-        self._frame = to_gpu(origin), scale
-        grid_origin, cells_per_m = morton_grid(near_mesh(scene))
-        grid = to_gpu(grid_origin), cells_per_m
-        vertices = np.sort(scene.tree_orders[0])  # without copies
-        self._elements = [
-            Elements(vertices, vertices.reshape(-1, 1), self._start, grid),
-            *(
-                Elements(np.arange(len(nodes), dtype=np.int32), nodes, self._start, grid)
-                for nodes in (scene.edges, scene.faces)
-            ),
-        ]
-        self._excluded = to_gpu(_keys_to_ignore(scene))
+    def __init__(self, scene: SceneArrays, counts: GpuArray = None) -> None:
+        """Make all arrays, and the trees with empty boxes."""
+        n = len(scene.pinned)
+        self.counts, self.n_arrays_made = PairCounts(), 0
+        self._counts = empty(places.N_COUNTS, np.int64) if counts is None else counts
+        self.start = positions_of(scene, "positions_t0")
+        self._end, self._seen = empty((n, 3), np.float64), empty((n, 3), np.float64)
+        self._frame, self._pinned = empty(4, np.float64), empty(n, np.bool_)
+        self._boxes, self._moved = empty((n, 9), np.float32), empty(n, np.bool_)
+        self._ignored = empty(LEAST_IGNORED, np.int64)
+        self.trees = make_trees(scene, self.start)
+        n_queries = self.trees[0].nodes.shape[0] + self.trees[1].nodes.shape[0]
+        self._make_room_for_pairs(PAIRS_PER_QUERY * n_queries)
+        self._make_room_for_contacts(max(int(CONTACTS_PER_VERTEX * n), LEAST_CONTACTS))
+        self._prepared: list[Callable[..., None]] = []
+        self._begin(scene)
+
+    def restart(self, scene: SceneArrays) -> None:
+        """Take a new start of the same mesh, with other pairs to ignore.
+
+        Args:
+            scene: A scene with the same vertices, edges and faces.
+        """
+        copy_positions(scene, "positions_t0", self.start)
+        self._begin(scene)
+
+    def go_on(self, positions: GpuArray) -> None:
+        """Take a new start of the same mesh on the GPU, in the same coordinates of boxes.
+
+        The coordinates hold any positions, but keep fewer digits of those far outside the start
+        of the scene.
+
+        Args:
+            positions: (n_vertices, 3) f8 [m], on the GPU.
+        """
+        overwrite(self.start, positions)
+        fill[self._seen.size](np.nan, self._seen.reshape(self._seen.size))
+
+    def _begin(self, scene: SceneArrays) -> None:
+        """Take what may change from one scene to the next, but for the start on the GPU."""
+        self._frame.copy_to_device(frame_of_boxes(scene))
+        self._pinned.copy_to_device(np.ascontiguousarray(scene.pinned))
+        fill[self._seen.size](np.nan, self._seen.reshape(self._seen.size))
         self._touching: TouchingPath | None = None
         if scene.touching is not None:
-            self._touching = TouchingPath(start, scene.touching)
+            self._touching = TouchingPath(scene.positions_t0, scene.touching)
+        keys = keys_to_ignore(scene)
+        if len(keys) > self._ignored.size:
+            self._ignored = empty(2 * len(keys), np.int64)
+            self._forget_launches()
+        padded = np.full(self._ignored.size, LAST_KEY)  # which is the key of no pair
+        padded[: len(keys)] = keys
+        self._ignored.copy_to_device(padded)
+
+    def _forget_launches(self) -> None:
+        """Let launches be prepared again, because an array was made anew."""
+        self._prepared.clear()
+        self.n_arrays_made += 1
+
+    def _make_room_for_pairs(self, n: int) -> None:
+        """Make the lists of n pairs, and of those among them that float32 leaves open."""
+        self._pairs, self._open = empty((n, 2), np.int32), empty((n, 2), np.int32)
+
+    def _make_room_for_contacts(self, n: int) -> None:
+        """Make the arrays of n contacts and their impacts."""
+        self._contacts = ContactList(
+            empty(n, np.int64),
+            empty((n, 4), np.int32),
+            empty(n, np.float64),
+            empty((n, 3), np.float64),
+            empty((n, 4), np.float64),
+            empty((n, 3), np.float64),
+        )
+        self._sort_space = SortSpace._make(empty(n, np.int64) for _ in range(4))
+        self.impacts = empty_impacts(n)
+
+    def launches(self, positions_t1: GpuArray, to_solve: bool) -> list[Callable[..., None]]:
+        """Return the launches of a detection, for a `Program`.
+
+        Args:
+            positions_t1: (n_vertices, 3) f8 [m], on the GPU; its numbers may change from one
+                detection to the next.
+            to_solve: Whether to leave out the impacts between pinned points.
+        """
+        path = PathArrays(self.start, positions_t1, self._seen, self._frame)
+        trees, counts, many = self.trees, self._counts, (BLOCKS, THREADS)
+        fitted = self._boxes, self._moved, counts
+        to_filter = self._pairs, counts, self._open
+        to_prove = self._open, self._ignored, counts, self._contacts
+        return [
+            by_grid(tree.fit_trees, path, *trees, *fitted, n_threads=FIT_THREADS),
+            by_blocks(tree.list_pairs, *many, *trees, counts, self._pairs),
+            by_blocks(contacts.list_open_pairs, *many, self._boxes, *trees, *to_filter),
+            by_blocks(contacts.list_contacts, *many, path, *trees, *to_prove),
+            self._list_impacts(path, to_solve),
+        ]
+
+    def _list_impacts(self, path: PathArrays, to_solve: bool) -> Callable[..., None]:
+        """Return the last launch of a detection."""
+        at = places.LEAST_TOI
+        return by_grid(
+            contacts.list_impacts,
+            path,
+            self._pairs.shape[0],
+            self._pinned,
+            to_solve,
+            self._contacts,
+            self._sort_space,
+            self._counts[at : at + 1].view(np.float64),
+            self._counts,
+            self.impacts,
+            n_threads=LIST_THREADS,
+        )
+
+    def grow(self, counts: Indices) -> bool:
+        """Make room for all pairs and contacts of a detection.
+
+        Args:
+            counts: (N_COUNTS,) i8, the counts of the detection, on the CPU.
+
+        Returns:
+            Whether there was too little room. Then `launches` have to be prepared and run again.
+        """
+        n_pairs, n_contacts = int(counts[places.PAIRS]), int(counts[places.CONTACTS])
+        room, contact_room = self._pairs.shape[0], self._contacts.keys.shape[0]
+        if n_pairs <= room and n_contacts <= contact_room:
+            return False
+        self._forget_launches()
+        if n_pairs > room:
+            self._make_room_for_pairs(max(n_pairs, 2 * room))
+        if n_contacts > contact_room:
+            self._make_room_for_contacts(max(n_contacts, 2 * contact_room))
+        return True
 
     def find(self, positions_t1: GpuArray) -> Impacts:
         """Find the impacts of the path from the start to `positions_t1`.
@@ -126,114 +208,88 @@ class Detector:
 
         Returns:
             `Impacts` on the GPU: first the vertex-face pairs, sorted by vertex and face, then the
-            edge-edge pairs, sorted by their edges, and last the pairs that touch at the start.
+            edge-edge pairs, sorted by their edges, and last the pairs that touch at the start. The
+            next detection overwrites the arrays.
         """
-        self.counts = PairCounts()
-        if not self._has_faces:
-            return impacts_to_gpu(no_impacts())
-        moved = self._refit(positions_t1)
-        vertices, edges, faces = self._elements
-        found = [
-            *self._contacts("vertex_face", vertices, faces, positions_t1),
-            *self._contacts("edge_edge", edges, edges, positions_t1),
-        ]
-        columns = zip(*found, strict=True)
-        keys, *contacts = found[0] if len(found) == 1 else [concatenate(parts) for parts in columns]
-        n = keys.shape[0]
-        kept = empty(n, np.bool_)
-        paths.flag_kept_contacts[n](keys, contacts[0], moved, self._excluded, kept)
-        index = flatnonzero(kept)
-        index = take(index, stable_argsort(take(keys, index)))
-        found = empty_impacts(index.shape[0])
-        frames.gather_impacts[index.shape[0]](self._start, positions_t1, index, *contacts, *found)
-        if index.shape[0] and reduce(as_column(found.toi.view(np.int64)), LEAST) == 0:
-            found = self._settled(found, positions_t1)
-        if self._touching is None:
-            return found
-        touching = self._touching.find(to_cpu(positions_t1))  # exact arithmetic runs on the CPU
-        return concatenate_impacts(found, impacts_to_gpu(touching))
+        self._end.copy_to_device(positions_t1)
+        while True:
+            self._prepared = self._prepared or self.launches(self._end, False)
+            for launch in self._prepared:
+                launch()
+            counts = to_cpu(self._counts)
+            if not self.grow(counts):
+                found = self.found(counts, self._end, False)
+                self.remember(self._end)
+                return found.impacts
 
-    def _settled(self, found: Impacts, positions_t1: GpuArray) -> Impacts:
-        """Return impacts of which some begin at t = 0, decided exactly on the CPU."""
-        start, end = to_cpu(self._start), to_cpu(positions_t1)
-        own = Impacts._make(column.copy() for column in impacts_to_cpu(found))
-        began = own.toi == 0.0
-        meets = settle_doubts(start, end, *own[:3], own.normals)
-        places = np.flatnonzero(began & meets)
-        part = own.take(places)
-        frame = np.empty((len(places), 4)), np.empty((len(places), 3))
-        pairs = part.nodes, part.is_edge_edge, part.toi, part.normals
-        cpu_frames.compute_impact_frames(start, end, *pairs, *frame)
-        own.weights[places], own.normals[places] = frame
-        return impacts_to_gpu(own.take(meets))
+    def remember(self, positions_t1: GpuArray) -> None:
+        """Count the vertices that move from the end of this path on.
 
-    def _refit(self, positions_t1: GpuArray) -> GpuArray:
-        """Fit all boxes, and return which vertices move, (n_vertices,) b1.
-
-        Only elements with such a vertex are marked. Elements at rest are not compared with each
-        other, but can be hit.
+        Args:
+            positions_t1: (n_vertices, 3) f8 [m], on the GPU.
         """
-        boxes, moved = empty((self._n, 9), np.float32), empty(self._n, np.bool_)
-        trees.compute_path_boxes[self._n](self._start, positions_t1, *self._frame, boxes, moved)
-        own = [elements.tree for elements in self._elements]
-        for level, n_blocks in enumerate(_sizes([e.levels for e in self._elements])):
-            if level == 0:
-                trees.fit_element_boxes[n_blocks](boxes, moved, *own)
-            else:
-                trees.fit_parent_boxes[n_blocks](level, *own)
-        return moved
+        self._seen.copy_to_device(positions_t1)
 
-    def _contacts(
-        self, kind: str, queries: Elements, leaves: Elements, positions_t1: GpuArray
-    ) -> Iterator[tuple[GpuArray, ...]]:
-        """Yield the contacts of each batch of pairs.
+    def found(self, counts: Indices, positions_t1: GpuArray, to_solve: bool) -> Found:
+        """Return what the launches of a detection found, and set `counts`.
 
-        Contacts are the pairs that are not proved apart: their keys, nodes, kinds, times and last
-        directions.
+        The CPU decides by exact arithmetic which contacts at t = 0 are impacts, and which of the
+        pairs that touch at the start.
+
+        Args:
+            counts: (N_COUNTS,) i8, the counts of the detection, on the CPU.
+            positions_t1: (n_vertices, 3) f8 [m], as for the launches.
+            to_solve: As for the launches.
         """
-        pairs = _meeting_pairs(queries, leaves)
-        first, second = queries.tree, leaves.tree
-        for begin in range(0, max(pairs.shape[0], 1), BATCH):
-            batch = pairs[begin : begin + BATCH]
-            n = batch.shape[0]
-            tallies, index = empty((n, 3), np.int64), empty(n, np.int64)
-            toi, directions = empty(n, np.float64), empty((n, 3), np.float64)
-            margins = empty(n, np.float64)
-            contacts.find_contacts[n](
-                arange(n),
-                batch,
-                first.order,
-                first.nodes,
-                second.order,
-                second.nodes,
-                self._start,
-                positions_t1,
-                tallies,
-                index,
-                toi,
-                directions,
-                margins,
-            )
-            is_contact = empty(n, np.bool_)
-            paths.flag_contacts[n](tallies, is_contact)
-            own = flatnonzero(is_contact)
-            m = own.shape[0]
-            found = (
-                empty(m, np.int64),
-                empty((m, 4), np.int32),
-                empty(m, np.bool_),
-                empty(m, np.float64),
-                empty((m, 3), np.float64),
-            )
-            contacts.gather_contacts[m](own, batch, toi, directions, first, second, *found)
-            self._count(kind, n, tallies)
-            yield found
+        self.counts = pair_counts(counts)
+        n, n_blocked = int(counts[places.FOUND]), int(counts[places.BLOCKED])
+        found = Impacts._make(column[:n] for column in self.impacts)
+        time_free, parts = float(counts[places.LEAST_TOI :].view(np.float64)[0]), []
+        if counts[places.AT_START]:
+            own = self._all_contacts(int(counts[places.CONTACTS]), positions_t1)
+            parts.append(settled(to_cpu(self.start), to_cpu(positions_t1), own))
+            found, n_blocked, time_free = empty_impacts(0), 0, 1.0
+        if self._touching is not None:
+            parts.append(self._touching.find(to_cpu(positions_t1)))
+        if not parts:
+            return Found(found, n_blocked, time_free, True)
+        own = join_impacts(parts)
+        if to_solve:
+            prescribed = np.empty(len(own.toi), np.bool_)
+            prescribed_impacts(own.nodes, own.weights, to_cpu(self._pinned), prescribed)
+            own, n_blocked = own.take(~prescribed), n_blocked + int(np.count_nonzero(prescribed))
+        time_free = min(time_free, float(own.toi.min(initial=1.0)))
+        if len(own.toi) == 0:
+            return Found(found, n_blocked, time_free, found.toi.shape[0] > 0)
+        impacts = impacts_to_gpu(join_impacts([impacts_to_cpu(found), own]))
+        return Found(impacts, n_blocked, time_free, False)
 
-    def _count(self, kind: str, n: int, tallies: GpuArray) -> None:
-        proofs, most = 0, 0
-        if self._counts_proofs and n:
-            proofs, most = reduce(tallies, SUM, 1), reduce(tallies, LARGEST, 2)
-        self.counts.add(kind, n, proofs, most)
+    def put(self, impacts: Impacts) -> bool:
+        """Replace the impacts that the launches found, and their count on the GPU.
+
+        Args:
+            impacts: Others, on the GPU.
+
+        Returns:
+            Whether there was too little room, so that `impacts` are other arrays now, and
+            `launches` have to be prepared again.
+        """
+        n, room = impacts.toi.shape[0], self.impacts.toi.shape[0]
+        is_longer = n > room
+        if is_longer:
+            self._make_room_for_contacts(max(n, 2 * room))
+            self._forget_launches()
+        for column, values in zip(self.impacts, impacts, strict=True):
+            overwrite(column[:n], values)
+        at = places.FOUND
+        self._counts[at : at + 1].copy_to_device(np.array([n]))
+        return is_longer
+
+    def _all_contacts(self, n: int, positions_t1: GpuArray) -> Impacts:
+        """Return n contacts as impacts on the CPU, also those between pinned points."""
+        path = PathArrays(self.start, positions_t1, self._seen, self._frame)
+        self._list_impacts(path, False)()
+        return impacts_to_cpu(Impacts._make(column[:n] for column in self.impacts))
 
 
 class HostDetector:
@@ -241,17 +297,14 @@ class HostDetector:
 
     Args:
         detector: The detector on the GPU.
-        previous_t1: (n_vertices, 3) f8 [m], on the CPU, ends of the path of the last detection;
-            None if there was none.
 
     Attributes:
         counts: `PairCounts` of the last detection.
     """
 
-    def __init__(self, detector: Detector, previous_t1: Positions | None = None) -> None:
+    def __init__(self, detector: Detector) -> None:
         """Wrap a detector."""
-        self.counts = detector.counts
-        self._detector, self._previous_t1 = detector, previous_t1
+        self.counts, self._detector = detector.counts, detector
 
     def find(self, positions_t1: Positions) -> Impacts:
         """Find the impacts of the path from the start to `positions_t1`.
@@ -262,67 +315,11 @@ class HostDetector:
         Returns:
             `Impacts` on the CPU, sorted as those of the detector.
         """
-        moved = len(positions_t1)
-        if self._previous_t1 is not None:
-            moved = np.count_nonzero((positions_t1 != self._previous_t1).any(axis=1))
-        self._previous_t1 = positions_t1.copy()
         found = self._detector.find(to_gpu(positions_t1))
         self.counts = self._detector.counts
-        self.counts.moved = int(moved)
         return impacts_to_cpu(found)
 
 
 def find_impacts(scene: SceneArrays) -> Impacts:
     """Find the impacts of a scene on the GPU, and return them on the CPU."""
     return impacts_to_cpu(Detector(scene).find(positions_of(scene, "positions_t1")))
-
-
-def _sizes(levels_of_trees: list[Offsets]) -> list[int]:
-    """Return the number of blocks in each level of several trees together, elements first."""
-    sizes = [np.diff(levels) for levels in levels_of_trees]
-    return [sum(map(int, level)) for level in zip_longest(*sizes, fillvalue=0)]
-
-
-def _meeting_pairs(queries: Elements, leaves: Elements) -> GpuArray:
-    """Return the places of each query and leaf whose moving boxes meet, (n, 2) i4.
-
-    A first launch counts the pairs, a second one writes them.
-    """
-    n = queries.tree.nodes.shape[0]
-    counts, same = empty(n, np.int64), queries is leaves
-    trees, nothing = (queries.tree, leaves.tree), empty((0, 2), np.int32)
-    contacts.find_pairs[n](queries.numbers, queries.no_room, *trees, same, counts, nothing)
-    starts = offsets_of(counts)
-    pairs = empty((last_of(starts), 2), np.int32)
-    contacts.find_pairs[n](queries.numbers, starts, *trees, same, counts, pairs)
-    return pairs
-
-
-def _keys_to_ignore(scene: SceneArrays) -> Indices:
-    """Return the keys of pairs that are excluded or touch at the start, as contacts have them."""
-    parts = [part for part in (scene.excluded, scene.touching) if part is not None]
-    if not parts:
-        return np.empty(0, np.int64)
-    nodes = np.concatenate([part.nodes for part in parts]).astype(np.int64)
-    ee = np.concatenate([part.is_edge_edge for part in parts])
-    twins = _rows_of(scene.faces)  # faces with the same corners have the same pairs
-    vertex_face = [
-        vertex << 32 | face
-        for vertex, *corners in nodes[~ee].tolist()
-        for face in twins[tuple(sorted(corners))]
-    ]
-    edges = _rows_of(scene.edges)
-    edge_edge = []
-    for a, b, c, d in nodes[ee].tolist():
-        low, high = sorted((*edges[min(a, b), max(a, b)], *edges[min(c, d), max(c, d)]))
-        edge_edge.append(low << 32 | high)
-    keys = np.array(vertex_face, np.int64) + VERTEX_FACE_OFFSET, np.array(edge_edge, np.int64)
-    return np.unique(np.concatenate(keys))
-
-
-def _rows_of(rows: Ints) -> dict[tuple[int, ...], list[int]]:
-    """Return the numbers of the rows that have some nodes, by these nodes in ascending order."""
-    numbers: dict[tuple[int, ...], list[int]] = {}
-    for i, row in enumerate(rows.tolist()):
-        numbers.setdefault(tuple(sorted(row)), []).append(i)
-    return numbers

@@ -21,13 +21,15 @@ from izo_ref.base.records import (
     join_impacts,
     no_impacts,
 )
+from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.detection.cpu import frames
+from izo_ref.detection.serial.prescribed import prescribed_impacts
 from izo_ref.loop.step import Step
 from izo_ref.solvers.solve import solve_system
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.objective import objective
 from izo_ref.zones.selection import find_deep_impacts, select_impacts
-from izo_ref.zones.serial.selection import hopeful_impacts, prescribed_impacts
+from izo_ref.zones.serial.selection import hopeful_impacts
 from izo_ref.zones.system import zone_system
 
 # positions, impacts, multipliers, active, stuck
@@ -81,7 +83,12 @@ class CpuStep(Step):
         self.begin(no_impacts(), np.empty(0))
 
     def begin(self, impacts: Impacts, multipliers: Multipliers) -> None:
-        """Go back to the proposed positions, with some impacts and nothing solved."""
+        """Go back to the proposed positions, with some impacts and nothing solved.
+
+        Args:
+            impacts: The impacts in zones.
+            multipliers: (n_impacts,) f8 [kg], from which the solvers start.
+        """
         self.positions = self.scene.positions_t1.copy()
         self.impacts = impacts
         self.multipliers, self.starts = multipliers, np.zeros(len(multipliers))
@@ -138,6 +145,18 @@ class CpuStep(Step):
     def first_found(self, count: int) -> Impacts:
         """Return the first impacts of `found`, at most this many."""
         return Impacts._make(column[:count] for column in self.found)
+
+    def one_meets(self, count: int) -> bool:
+        """Return whether one of the first impacts of `found` certainly meets."""
+        own, scene = self.first_found(count), self.scene
+        meets = np.empty(len(own.toi), bool)
+        pairs = own.nodes, own.is_edge_edge, own.toi
+        decide_meetings(scene.positions_t0, scene.positions_t1, *pairs, meets)
+        return bool(meets.any())
+
+    def current_scene(self) -> SceneArrays:
+        """Return the scene."""
+        return self.scene
 
     def select(self) -> int:
         """Let impacts of the last detection enter the zones, and return how many did."""

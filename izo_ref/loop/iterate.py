@@ -13,7 +13,6 @@ from izo_ref.base.exact_path import first_meeting
 from izo_ref.base.options import RULES
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.certificate.certify import certify_in_time
-from izo_ref.certificate.cpu.meetings import decide_meetings
 from izo_ref.loop.step import Step
 from izo_ref.loop.time_plan import TimePlan
 
@@ -152,13 +151,12 @@ class Loop:
         step = self.step
         if self.history:
             return False
-        sample, scene = step.first_found(SAMPLE), step.scene
-        start, end = scene.positions_t0, scene.positions_t1
-        meets = np.empty(len(sample.toi), bool)
-        decide_meetings(start, end, sample.nodes, sample.is_edge_edge, sample.toi, meets)
-        deadline = self.times.deadline
-        if meets.any() or _one_meets(sample, scene, deadline):
+        if step.one_meets(SAMPLE):
             return False
+        scene, deadline = step.current_scene(), self.times.deadline
+        if _one_meets(step.first_found(SAMPLE), scene, deadline):
+            return False
+        end = scene.positions_t1
         return certify_in_time(scene, end, frozenset(RULES), "cpu", deadline).free
 
     def record(self, iteration: Iteration) -> None:

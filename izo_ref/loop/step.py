@@ -18,7 +18,7 @@ class Step(Protocol):
     The arrays are on the CPU or on a GPU, as the implementation says.
 
     Attributes:
-        scene: The scene, in the numbering of the loop.
+        scene: The scene, in the numbering of the loop; `current_scene` has its positions.
         positions: (n_vertices, 3) f8 [m], end positions of the current path.
         impacts: All impacts that entered the zones.
         multipliers: (n_impacts,) f8 [kg].
@@ -52,15 +52,6 @@ class Step(Protocol):
         """Number of active impacts."""
         ...
 
-    def begin(self, impacts: Impacts, multipliers: Multipliers) -> None:
-        """Go back to the proposed positions, with some impacts and nothing solved.
-
-        Args:
-            impacts: The impacts in zones.
-            multipliers: (n_impacts,) f8 [kg], from which the solvers start.
-        """
-        ...
-
     def relinearize(self) -> None:
         """Go back to the proposed positions, and linearize the tight impacts anew.
 
@@ -89,6 +80,17 @@ class Step(Protocol):
 
     def first_found(self, count: int) -> Impacts:
         """Return the first impacts of `found`, at most this many, on the CPU."""
+        ...
+
+    def one_meets(self, count: int) -> bool:
+        """Return whether one of the first impacts of `found`, at most this many, certainly meets.
+
+        Floats decide near the times of impact, so False says nothing.
+        """
+        ...
+
+    def current_scene(self) -> SceneArrays:
+        """Return `scene` with the positions on the CPU; on a GPU, those of `scene` may be old."""
         ...
 
     def select(self) -> int:

@@ -1,90 +1,131 @@
-"""Solve zones on a GPU: small zones one a thread, larger ones one a block."""
+"""Solve the zones of a step on a GPU: small zones one a thread, larger ones one a block.
+
+All buffers are made once. How many zones there are is known on the GPU alone, so all launches are
+prepared once, too.
+"""
+
+from collections.abc import Callable
 
 import numpy as np
 
-from izo_ref.base.gpu_arrays import empty, flatnonzero, full, last_of, offsets_of, take
-from izo_ref.base.options import LAGRANGIAN, Options
-from izo_ref.solvers.cuda import zones as kernels
-from izo_ref.solvers.gpu_augmented_lagrangian import solve_all
-from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution, Members
-from izo_ref.solvers.gpu_pivoting import solve_in_blocks
+from izo_ref.base.arrays import GpuArray
+from izo_ref.base.devices import fixed_launch
+from izo_ref.base.gpu_arrays import empty, full
+from izo_ref.base.gpu_launch import by_grid
+from izo_ref.base.options import Options
+from izo_ref.solvers import gpu_pivoting
+from izo_ref.solvers.cuda import listed_zones as kernels
+from izo_ref.solvers.gpu_pivoting import BlockPivoting
 from izo_ref.solvers.interior_point import FARTHEST
-from izo_ref.solvers.serial.small_zone import BLOCK_PIVOT, CLOSED_FORM, Limits
+from izo_ref.solvers.serial import zone_buffers as at
+from izo_ref.solvers.serial.listed_zones import most_vertices
+from izo_ref.solvers.serial.small_zone import (
+    BLOCK_PIVOT,
+    CLOSED_FORM,
+    Limits,
+    work_of_small_zone,
+)
+from izo_ref.solvers.serial.zone_buffers import StepInputs, ZoneAnswers, ZoneRows
+from izo_ref.zones.serial.listed_zones import ListedZones
 
 # Most impacts of a zone that one thread solves. It takes n^3 operations for n impacts, so with more
 # impacts all others would wait for this one thread for long.
-SMALL = 32
+SMALL = 16
+# Threads of a multiprocessor that solve small zones. Each has work space for the largest of them:
+# 24 KB, so 205 MB are needed for 132 multiprocessors. With zones of 32 impacts it would be 89 KB.
+SLOTS = 64
+
+Launch = Callable[..., None]
 
 
-def solve_zones(
-    constraints: GpuConstraints, members: Members, thickness: float, options: Options
-) -> GpuSolution:
-    """Solve the zones that a GPU can solve.
+class ZoneSolver:
+    """Solves zones on a GPU; small and middle zones are lists of their own.
 
     Args:
-        constraints: The constraints of the zones.
-        members: Which zones the impacts and vertices belong to.
+        n_vertices: Vertices of the step.
         thickness: [m].
         options: The method and the tolerances.
+        room: How many zones, impacts in them, and unpinned vertices in them there is room for.
 
-    Returns:
-        Solutions of all zones; the entries of unsolved zones are invalid.
+    Attributes:
+        rows: The constraints of all zones.
+        answers: Their solutions.
+        sizes: (N_SIZES,) i8, how much is to be done.
+        most_small: Most impacts of a small zone.
+        most_middle: Most impacts of a middle zone.
     """
-    n_zones = constraints.impact_offsets.shape[0] - 1
-    solution = GpuSolution(
-        full(constraints.rhs.shape[0], 0.0, np.float64),
-        full(3 * last_of(constraints.vertex_offsets), 0.0, np.float64),
-        full(n_zones, False, np.bool_),
-    )
-    if options.precision != "float64":
-        return solution  # the CPU converts the arrays to float32
-    if options.method == "auto" and options.preset is None:
-        violation_m = options.violation_tolerance * thickness
-        never = full(1, False, np.bool_)
-        limits = Limits(options.gap_tolerance, violation_m, FARTHEST, never)
-        solve_small(constraints, limits, options, solution)
-        solve_in_blocks(constraints, min(SMALL, options.small_zone), limits, solution)
-    elif options.method in LAGRANGIAN or options.preset is not None:
-        solve_all(constraints, members, thickness, options, solution)
-        # Accept the answer of any method that was asked for by name, as the CPU does.
-        solution = solution._replace(solved=full(n_zones, True, np.bool_))
-    return solution
 
+    def __init__(
+        self, n_vertices: int, thickness: float, options: Options, room: tuple[int, int, int]
+    ) -> None:
+        """Allocate all buffers."""
+        self._options, (n_zones, m, n) = options, room
+        self.most_small, self.most_middle = min(SMALL, options.small_zone), gpu_pivoting.LARGEST
+        self._places = empty(n_vertices, np.int32)
+        self.sizes = full(at.N_SIZES, 0, np.int64)
+        violation_m, never = options.violation_tolerance * thickness, full(1, False, np.bool_)
+        self._limits = Limits(options.gap_tolerance, violation_m, FARTHEST, never)
+        self.rows = ZoneRows(
+            empty((m, 4), np.int32),
+            empty((m, 4), np.float64),
+            empty((m, 3), np.float64),
+            empty(m, np.float64),
+            empty(m, np.float64),
+            empty(m, np.bool_),
+        )
+        self.answers = ZoneAnswers(
+            empty(m, np.float64),
+            empty(3 * n, np.float64),
+            empty(n_zones, np.bool_),
+            empty(n_zones, np.int32),
+        )
+        if self.is_direct:
+            n_numbers, n_indices = work_of_small_zone(SMALL, most_vertices(SMALL))
+            self._slots = n_blocks, n_threads = fixed_launch(1, SLOTS)
+            self._numbers = empty((n_blocks * n_threads, n_numbers), np.float64)
+            self._indices = empty((n_blocks * n_threads, n_indices), np.int32)
+            self._pivoting = BlockPivoting()
 
-def solve_small(
-    constraints: GpuConstraints, limits: Limits, options: Options, solution: GpuSolution
-) -> None:
-    """Solve the small zones, one thread and one slot of work space a zone.
+    @property
+    def is_direct(self) -> bool:
+        """Whether the launches of this class solve zones; they compute in float64 alone."""
+        options = self._options
+        is_auto = options.method == "auto" and options.preset is None
+        return is_auto and options.precision == "float64"
 
-    Args:
-        constraints: The constraints of all zones.
-        limits: What counts as solved, with its array on the GPU.
-        options: Its largest small zone, and its rules.
-        solution: Its entries of these zones are written.
-    """
-    n_zones = solution.solved.shape[0]
-    methods, small = empty(n_zones, np.int8), empty(n_zones, np.bool_)
-    numbers, indices = empty(n_zones, np.int64), empty(n_zones, np.int64)
-    offsets = constraints.impact_offsets, constraints.vertex_offsets
-    largest = min(SMALL, options.small_zone)
-    single = np.int8(CLOSED_FORM if "closed-form" in options.rules else BLOCK_PIVOT)
-    kernels.choose_methods[n_zones](*offsets, largest, single, methods, small, numbers, indices)
-    zones = flatnonzero(small)
-    if zones.shape[0] == 0:
-        return
-    number_starts, index_starts = (offsets_of(take(counts, zones)) for counts in (numbers, indices))
-    kernels.solve_small_zones[zones.shape[0]](
-        zones,
-        take(methods, zones),
-        *constraints,
-        limits,
-        number_starts,
-        index_starts,
-        solution.multipliers,
-        solution.z,
-        methods,
-        solution.solved,
-        empty(n_zones, np.int32),
-        empty(last_of(number_starts), np.float64),
-        empty(last_of(index_starts), np.int32),
-    )
+    def launches(self, zones: ListedZones, inputs: StepInputs, counts: GpuArray) -> list[Launch]:
+        """Return the launches that write the constraints and solve the zones of the lists.
+
+        Args:
+            zones: The zones, on the GPU.
+            inputs: The step, on the GPU.
+            counts: (>= N_COUNTS,) i8, is begun anew.
+        """
+        own = zones, inputs, self.rows, self.answers, self._places, self.sizes, counts
+        write = by_grid(kernels.write_rows, *own)
+        if not self.is_direct:
+            return [write]
+        offsets = zones.impact_offsets, zones.vertex_offsets
+        return [
+            write,
+            self.launch_of_small(zones.small, *offsets),
+            self.launch_of_middle(zones.middle, *offsets),
+        ]
+
+    def launch_of_small(
+        self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
+    ) -> Launch:
+        """Return the launch that solves a list of small zones, one thread a zone."""
+        single = CLOSED_FORM if "closed-form" in self._options.rules else BLOCK_PIVOT
+        own = zones, impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, single
+        more = self.answers, self._numbers, self._indices
+        return kernels.solve_list_in_slots.prepare(*self._slots, *own, *more)
+
+    def launch_of_middle(
+        self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
+    ) -> Launch:
+        """Return the launch that solves a list of middle zones, one block a zone."""
+        offsets = impact_offsets, vertex_offsets
+        return self._pivoting.launch(
+            zones, *offsets, self.sizes, self.rows, self._limits, self.answers
+        )

@@ -1,7 +1,4 @@
-"""Zones in the variables of the augmented-Lagrangian methods, laid out for the kernels.
-
-`solvers/gpu_variables.py` does the same on a GPU.
-"""
+"""Zones in the variables of the augmented-Lagrangian methods, laid out for the kernels."""
 
 from typing import NamedTuple
 

@@ -13,98 +13,7 @@ pytest.importorskip("numba_cuda", reason="numba-cuda is not installed: izo-ref[c
 from izo_ref.base.cuda import launch, memory, program
 from izo_ref.base.errors import DeviceMemoryError
 from izo_ref.detection.serial.tree import Tree
-
-OUT_OF_MEMORY, ILLEGAL_ADDRESS, NOT_SUPPORTED = 2, 700, 801
-STREAM = 5
-
-
-class Code(int):
-    """An error code of the driver."""
-
-    name = property(
-        lambda self: {OUT_OF_MEMORY: "CUDA_ERROR_OUT_OF_MEMORY"}.get(self, "CUDA_ERROR_OTHER")
-    )
-
-
-class Driver:
-    """A driver whose memory is that of the CPU."""
-
-    def __init__(self, n_bytes=1 << 20):
-        self.left, self.blocks, self.launches, self.asked = n_bytes, {}, [], []
-        self.recording, self.graphs, self.started, self.can_record = None, {}, [], True
-
-    def cuMemAlloc(self, n):
-        if n > self.left:
-            return Code(OUT_OF_MEMORY), None
-        self.left -= n
-        block = ctypes.create_string_buffer(n)
-        self.blocks[ctypes.addressof(block)] = block
-        return Code(0), ctypes.addressof(block)
-
-    def cuMemFree(self, address):
-        self.left += len(self.blocks.pop(address))
-        return (Code(0),)
-
-    def cuMemcpyHtoD(self, target, source, n):
-        ctypes.memmove(target, source, n)
-        return (Code(0),)
-
-    def cuMemcpyDtoH(self, target, source, n):
-        return self.cuMemcpyHtoD(target, source, n)
-
-    def cuMemcpyDtoDAsync(self, target, source, n, stream):
-        return self.cuMemcpyHtoD(target, source, n)
-
-    def cuLaunchKernel(self, handle, *rest):
-        sizes, places = rest[:8], rest[8]
-        recorded = self.recording is not None and sizes[7] == STREAM
-        (self.recording if recorded else self.launches).append((handle, sizes, places))
-        return (Code(0),)
-
-    def cuLaunchCooperativeKernel(self, handle, *rest):
-        return self.cuLaunchKernel(("cooperative", handle), *rest)
-
-    def cuCtxGetDevice(self):
-        return Code(0), 0
-
-    def cuKernelSetAttribute(self, name, value, kernel, device):
-        self.asked.append(value)
-        return (Code(0),)
-
-    def cuStreamCreate(self, flags):
-        return Code(0), STREAM
-
-    def cuStreamDestroy(self, stream):
-        return (Code(0),)
-
-    def cuStreamBeginCapture(self, stream, mode):
-        if not self.can_record:
-            return (Code(NOT_SUPPORTED),)
-        self.recording = []
-        return (Code(0),)
-
-    def cuStreamEndCapture(self, stream):
-        recorded, self.recording = self.recording, None
-        return Code(0), recorded
-
-    def cuGraphInstantiate(self, graph, flags):
-        self.graphs[len(self.graphs)] = graph
-        return Code(0), len(self.graphs) - 1
-
-    def cuGraphDestroy(self, graph):
-        return (Code(0),)
-
-    def cuGraphExecDestroy(self, graph):
-        del self.graphs[graph]
-        return (Code(0),)
-
-    def cuGraphLaunch(self, graph, stream):
-        self.started.append(graph)
-        return self.launches.extend(self.graphs[graph]) or (Code(0),)
-
-    CUstreamCaptureMode = SimpleNamespace(CU_STREAM_CAPTURE_MODE_THREAD_LOCAL=1)
-    CUfunction = CUkernel = int
-    CUfunction_attribute = SimpleNamespace(CU_FUNC_ATTRIBUTE_MAX_DYNAMIC_SHARED_SIZE_BYTES=8)
+from validation.stand_in import ILLEGAL_ADDRESS, Code, Driver
 
 
 @pytest.fixture
@@ -152,6 +61,13 @@ def test_rows_shapes_and_views_share_the_memory(driver, rng):
     assert np.array_equal(array.copy_to_host()[2], values[5])
     with pytest.raises(ValueError, match="step of 2"):
         array[::2]
+
+
+def test_an_array_is_cleared(driver, rng):
+    array = sent(rng.random((4, 3)))
+    array[1:3].clear()
+    assert (array.copy_to_host() == 0.0).all(axis=1).tolist() == [False, True, True, False]
+    memory.new_array((0, 3), np.float64).clear()
 
 
 def test_memory_lives_as_long_as_a_view_of_it_and_is_used_again(driver):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from izo_ref.base.serial.search import block_of, first_not_below, is_among
+from izo_ref.base.serial.search import first_not_below, is_among
 
 
 def test_searches_find_what_looking_at_every_entry_finds(rng):
@@ -12,12 +12,3 @@ def test_searches_find_what_looking_at_every_entry_finds(rng):
             expected = sum(entry < value for entry in ascending.tolist())
             assert first_not_below(value, ascending) == expected
             assert is_among(value, ascending) == (value in ascending.tolist())
-
-
-def test_every_entry_is_in_its_block(rng):
-    for n_blocks in (1, 2, 3, 8, 33):
-        sizes = rng.integers(1, 5, n_blocks)
-        offsets = np.append(0, np.cumsum(sizes))
-        blocks = np.repeat(np.arange(n_blocks), sizes)
-        found = [block_of(i, offsets) for i in range(len(blocks))]
-        assert found == blocks.tolist()

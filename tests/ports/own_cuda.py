@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 
 from izo_ref import solve_zone
-from izo_ref.base.gpu_arrays import to_cpu, to_gpu
-from izo_ref.base.records import Impacts
-from izo_ref.zones.gpu_grouping import build_zones
+from tests.helpers.gpu_groups import grouped
 from tests.ports.own import s11, s12
 from tests.ports.serve import serve
 from validation.ladders.zone_arrays import problem_of
@@ -32,12 +30,9 @@ def is_tiny(stage: str, inputs: Mapping[str, Any]) -> bool:
 def zones(inputs: dict[str, Any], dtype: str) -> dict[str, Any]:
     """Return the zone of each impact."""
     nodes = np.array(inputs["nodes"], np.int32).reshape(-1, 4)
-    n = len(nodes)
-    impacts = Impacts(nodes, np.zeros(n, bool), np.zeros(n), np.zeros((n, 4)), np.zeros((n, 3)))
-    on_gpu = Impacts(*(to_gpu(column) for column in impacts))
-    found = build_zones(on_gpu, to_gpu(np.array(inputs["pinned"], bool)))
-    order, offsets = to_cpu(found.impacts), to_cpu(found.impact_offsets)
-    zone_of_impact = np.full(n, -1)
+    pinned = np.array(inputs["pinned"], bool)
+    order, offsets, *_ = grouped(nodes, pinned, np.zeros(len(pinned), bool)).zones
+    zone_of_impact = np.full(len(nodes), -1)
     zone_of_impact[order] = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     return {"zone_of_impact": zone_of_impact.tolist()}
 

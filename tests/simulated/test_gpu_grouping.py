@@ -3,103 +3,102 @@
 import numpy as np
 import pytest
 
-from izo_ref.base.gpu_arrays import to_cpu, to_gpu
-from izo_ref.base.records import Impacts
-from izo_ref.zones import grouping as zones
-from izo_ref.zones import selection
-from izo_ref.zones.gpu_grouping import build_zones
-from izo_ref.zones.gpu_selection import find_deep_impacts, select_impacts
+from izo_ref.base.cuda.program import Program
+from izo_ref.base.gpu_arrays import to_cpu
+from izo_ref.zones.gpu_grouping import GroupingStage
+from izo_ref.zones.grouping import build_zones
+from izo_ref.zones.serial import group_counts as at
+from izo_ref.zones.serial.group_records import ZoneRule
+from tests.helpers.gpu_groups import arrays_of, counts_of, grouped, selection_of
+from tests.helpers.groups import RULE, RULES, RecordedStep, random_case
+
+BY_BLOCK, BY_GRID = 10**6, -1  # values of `few`
+SHAPES = [(0, 5, 1.0), (1, 5, 1.0), (30, 12, 1.0), (25, 90, 1e3)]
 
 
-class Scene:
-    """The part of a scene that zones and the selection read."""
-
-    def __init__(self, pinned, positions_t0=None):
-        self.pinned, self.positions_t0 = pinned, positions_t0
-
-
-def random_impacts(rng, n, n_vertices):
-    """Draw impacts of random vertices, some of them at equal times."""
-    nodes = np.array([rng.choice(n_vertices, 4, replace=False) for _ in range(n)])
-    toi = rng.integers(0, 8, n) / 8.0
-    kinds = rng.random(n) < 0.5
-    return Impacts(
-        nodes.reshape(-1, 4).astype(np.int32), kinds, toi, np.zeros((n, 4)), np.zeros((n, 3))
-    )
-
-
-def on_gpu(impacts):
-    """Send impacts to the GPU."""
-    return Impacts(*(to_gpu(column) for column in impacts))
-
-
-@pytest.mark.parametrize("name", ["independent", "first-of-any", "all"])
-@pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
-def test_the_same_impacts_are_selected(rng, name, n, n_vertices):
-    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
-    chosen = to_cpu(select_impacts(on_gpu(impacts), to_gpu(pinned), name))
-    expected = np.flatnonzero(selection.select_impacts(impacts, pinned, name))
-    assert np.array_equal(chosen, expected)
-
-
-@pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (30, 12), (60, 90)])
-def test_the_same_impacts_are_selected_in_deep_zones(rng, n, n_vertices):
-    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
-    inside = rng.dirichlet([1.0, 1.0, 1.0], n)
-    edges = np.column_stack((inside[:, 0], 1.0 - inside[:, 0], -inside[:, 1], inside[:, 1] - 1.0))
-    faces = np.column_stack((np.ones(n), -inside))
-    impacts = impacts._replace(weights=np.where(impacts.is_edge_edge[:, None], edges, faces))
-    impacts = impacts.take(~pinned[impacts.nodes].all(axis=1))
-    components = zones.build_zones(Scene(pinned), impacts)
-    some = np.zeros(len(impacts.toi), bool)
-    for zone in range(0, len(components), 2):
-        some[components.impacts_of(zone)] = True
-    for deep in (some, np.ones(len(some), bool), np.zeros(len(some), bool)):
-        own = to_gpu(pinned), "independent", to_gpu(deep)
-        chosen = to_cpu(select_impacts(on_gpu(impacts), *own))
-        expected = selection.select_impacts(impacts, pinned, "independent", deep)
-        assert np.array_equal(chosen, np.flatnonzero(expected))
-
-
-@pytest.mark.parametrize(("n", "n_vertices"), [(0, 5), (1, 5), (40, 12), (25, 90)])
-def test_the_same_zones_are_deep(rng, n, n_vertices):
-    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.2
-    weights, start = rng.normal(size=(n, 4)), rng.normal(size=(n_vertices, 3))
-    impacts = impacts._replace(
-        weights=weights - weights.mean(axis=1)[:, None], normals=rng.normal(size=(n, 3))
-    )
-    known, answers = np.zeros(n_vertices, np.int32), set()
-    on_device = to_gpu(known)
-    for scale in (1.0, 1e3, -1e3):
-        for fresh in (True, False):
-            if fresh:
-                known, on_device = np.zeros(n_vertices, np.int32), to_gpu(0 * known)
-            end, before = scale * start, on_gpu(impacts)
-            deep = selection.find_deep_impacts(Scene(pinned, start), impacts, end, known)
-            state = to_gpu(start), to_gpu(end), to_gpu(pinned), on_device
-            assert np.array_equal(to_cpu(find_deep_impacts(before, *state)), deep)
-            assert np.array_equal(to_cpu(on_device), known)
-            answers.update(deep.tolist())
-    assert len(answers) == (0 if n == 0 else 2)
-
-
-@pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])
-def test_zones_are_those_of_the_cpu(rng, n, n_vertices):
-    impacts, pinned = random_impacts(rng, n, n_vertices), rng.random(n_vertices) < 0.3
-    impacts.nodes[0] = np.flatnonzero(~pinned)[:4]
-    found = build_zones(on_gpu(impacts), to_gpu(pinned))
-    expected = zones.build_zones(Scene(pinned), impacts)
+def assert_same(found, expected):
+    """Check that arrays of the GPU are those of the CPU."""
     for own, other in zip(found, expected, strict=True):
         assert np.array_equal(to_cpu(own), other)
 
 
-def test_a_chain_is_one_zone(rng):
-    n = 40
-    ends = rng.permutation(n + 1)
-    nodes = np.column_stack((ends[:-1], ends[1:], np.full((n, 2), n + 1)))
-    order = rng.permutation(n)
-    pinned = np.arange(n + 2) == n + 1
-    impacts = random_impacts(rng, n, n + 2)._replace(nodes=nodes[order].astype(np.int32))
-    found = build_zones(on_gpu(impacts), to_gpu(pinned))
-    assert to_cpu(found.impact_offsets).tolist() == [0, n]
-    assert to_cpu(found.vertices).tolist() == list(range(n + 1))
+@pytest.mark.parametrize("few", [BY_BLOCK, BY_GRID])
+@pytest.mark.parametrize("name", RULES)
+@pytest.mark.parametrize(("n", "n_vertices", "edges"), SHAPES)
+def test_the_same_impacts_enter(rng, name, n, n_vertices, edges, few):
+    before = random_case(rng, 3, n_vertices).found
+    for _ in range(2):
+        case = random_case(rng, n, n_vertices, edges=edges)
+        step, own = RecordedStep(case, before, selection=name), arrays_of(case)
+        n_new, n_before = step.select(), len(before.toi)
+        counts = counts_of(0, n_before)
+        room = n_before + len(case.found.toi)
+        selection = selection_of(case.found, before, own, name, room, counts, few)
+        for launch in selection.launches():
+            launch()
+        seen = to_cpu(counts)
+        assert seen[[at.FIRST_NEW, at.IMPACTS, at.NEW]].tolist() == [
+            n_before,
+            n_before + n_new,
+            n_new,
+        ]
+        columns = selection.impacts[:5]
+        assert_same([column[: n_before + n_new] for column in columns], step.impacts)
+        assert np.array_equal(to_cpu(own.known_depths), step.known_depths)
+        before = step.impacts
+
+
+@pytest.mark.parametrize("few", [BY_BLOCK, BY_GRID])
+@pytest.mark.parametrize(("n", "n_vertices"), [(1, 5), (30, 12), (25, 90), (60, 200)])
+def test_zones_are_those_of_the_cpu(rng, n, n_vertices, few):
+    case = random_case(rng, n, n_vertices, 0.3)
+    found = grouped(case.found.nodes, case.scene.pinned, case.stuck, few=few)
+    for own, expected in zip(found.zones, build_zones(case.scene, case.found), strict=True):
+        assert np.array_equal(own, expected)
+
+
+def test_no_impacts_and_impacts_of_pinned_vertices_have_no_zones(rng):
+    nodes = random_case(rng, 4, 8, 0.0).found.nodes
+    for own, pinned in ((nodes[:0], np.zeros(8, bool)), (nodes, np.ones(8, bool))):
+        found = grouped(own, pinned, np.zeros(8, bool))
+        assert found.counts[[at.ZONES, at.ZONE_IMPACTS, at.ZONE_VERTICES, at.TO_SOLVE]].max() == 0
+
+
+@pytest.mark.parametrize("first_new", [0, 20])
+def test_the_zones_to_solve_are_those_of_the_cpu(rng, first_new):
+    case = random_case(rng, 40, 300)
+    case.stuck[case.found.nodes[25]] = True
+    step = RecordedStep(case, case.found)
+    n_zones, n_solved = step.solve(first_new)
+    found = grouped(case.found.nodes, case.scene.pinned, case.stuck, first_new, RULE)
+    assert found.counts[[at.ZONES, at.TO_SOLVE]].tolist() == [n_zones, n_solved]
+    assert n_solved < n_zones
+    expected = build_zones(case.scene, case.found)
+    assert np.array_equal(expected.part(found.to_solve).impacts, step.to_solve.impacts)
+    assert np.array_equal(found.stuck, step.stuck)
+
+
+def test_impacts_that_outgrow_their_room_get_more_and_the_launches_are_repeated(rng):
+    """The stages work as a step uses them: counts stay on the device but for one look at them."""
+    case, before = random_case(rng, 40, 120, edges=30.0), random_case(rng, 3, 120).found
+    step, own = RecordedStep(case, before), arrays_of(case)
+    n_new = step.select()
+    n_zones, n_solved = step.solve(len(before.toi))
+    counts = counts_of(len(before.toi), len(before.toi))
+    selection = selection_of(case.found, before, own, "independent", 4, counts)
+    grew = 0
+    while True:
+        grouping = GroupingStage(
+            selection.impacts.nodes, own.pinned, own.stuck, ZoneRule(False, 1, 4), counts
+        )
+        Program(selection.launches() + grouping.launches()).run()
+        seen = to_cpu(counts)
+        if not selection.grow(seen):
+            break
+        grew += 1
+        assert seen[[at.NEW, at.ZONES, at.TO_SOLVE]].tolist() == [0, 0, 0]
+    n = len(before.toi) + n_new
+    assert grew == 1
+    assert_same([column[:n] for column in selection.impacts[:5]], step.impacts)
+    assert seen[: at.TO_SOLVE + 1].tolist() == [n - n_new, n, n_new, n, n_zones, n_solved]
+    assert np.array_equal(to_cpu(own.stuck), step.stuck)

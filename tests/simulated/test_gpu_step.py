@@ -7,7 +7,7 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import devices
 from izo_ref.base.options import LAGRANGIAN
-from izo_ref.loop import gpu_step
+from izo_ref.loop import gpu_left
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
@@ -44,8 +44,9 @@ def assert_same(found, expected):
     assert np.array_equal(found.multipliers, expected.multipliers)
     for own, other in zip(found.impacts, expected.impacts, strict=True):
         assert np.array_equal(own, other)
-    for count in ("candidates", "proofs", "most_proofs"):
-        assert getattr(found.certificate, count) == getattr(expected.certificate, count)
+    assert found.certificate.candidates == expected.certificate.candidates
+    for count in ("proofs", "most_proofs"):  # a GPU proves most pairs in float32 before
+        assert getattr(found.certificate, count) <= getattr(expected.certificate, count)
     assert found.certificate.free == expected.certificate.free
     assert len(found.history) == len(expected.history)
     for own, other in zip(found.history, expected.history, strict=True):
@@ -149,7 +150,7 @@ def test_zones_that_are_left_start_from_their_last_solution(rng, monkeypatch):
         starts.append(more["start"])
         return solve_system(system, options, **more)
 
-    monkeypatch.setattr(gpu_step, "solve_system", noted)
+    monkeypatch.setattr(gpu_left, "solve_system", noted)
     options = Options(relinearize=0)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert found.left_to_cpu >= len(starts) > 1
@@ -183,6 +184,7 @@ METHODS = [
 
 @pytest.mark.parametrize("named", METHODS, ids=lambda named: "-".join(named.values()))
 def test_each_method_takes_the_steps_of_the_cpu(rng, monkeypatch, named):
+    monkeypatch.setattr(lagrangian, "FEW", 3)
     monkeypatch.setattr(lagrangian, "MANY", 3)
     scene = two_sheets(rng, 2, pinned_below=True)
     scene.masses[:] = rng.uniform(1.0, 9.0, len(scene.masses))
@@ -203,6 +205,7 @@ def test_each_method_takes_the_steps_of_the_cpu(rng, monkeypatch, named):
 
 @pytest.mark.parametrize("method", LAGRANGIAN)
 def test_each_method_converges_on_the_gpu(rng, monkeypatch, method):
+    monkeypatch.setattr(lagrangian, "FEW", 1)
     monkeypatch.setattr(lagrangian, "MANY", 1)
     options = Options(method=method, gap_tolerance=1e-5, violation_tolerance=1e-5, relinearize=0)
     found = izo_ref.resolve(two_sheets(rng, 2), 1e-3, "cuda", options)
@@ -210,10 +213,18 @@ def test_each_method_converges_on_the_gpu(rng, monkeypatch, method):
     assert found.status is Status.FREE
 
 
-def test_float32_zones_are_left_to_the_cpu(monkeypatch):
+def test_float32_zones_end_as_on_the_cpu(monkeypatch):
     monkeypatch.setattr(lagrangian, "FEW", 1)
+    monkeypatch.setattr(lagrangian, "MANY", 1)
     # a round starts from multipliers in float32, which differ in their last digits
     scene, options = vertex_over_face(), Options(method="cg", precision="float32", relinearize=0)
+    found = izo_ref.resolve(scene, 1e-3, "cuda", options)
+    assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
+    assert found.left_to_cpu == 0
+
+
+def test_methods_of_the_cpu_alone_have_all_zones_left_to_the_cpu():
+    scene, options = vertex_over_face(), Options(method="interior-point", relinearize=0)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
     assert found.left_to_cpu > 0

@@ -29,8 +29,8 @@ def test_impacts_are_those_of_the_cpu(rng):
 
 def test_copies_are_in_no_tree(rng):
     scene = izo_ref.Scene(**soup(rng), weld=0)
-    vertices, *_ = gpu_detector.Detector(scene)._elements
-    assert sorted(to_cpu(vertices.tree.order)) == np.unique(scene.copies).tolist()
+    vertices, *_ = gpu_detector.Detector(scene).trees
+    assert sorted(to_cpu(vertices.order)) == np.unique(scene.copies).tolist()
 
 
 @pytest.mark.parametrize("on_gpu", [False, True])

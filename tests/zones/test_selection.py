@@ -13,7 +13,7 @@ from izo_ref.zones.serial.deep_selection import (
     UNDECIDED,
     relative_depths,
 )
-from izo_ref.zones.serial.selection import hopeful_impacts, prescribed_impacts
+from izo_ref.zones.serial.selection import hopeful_impacts
 from tests.naive import groups
 
 
@@ -185,23 +185,6 @@ def test_the_depth_is_the_frozen_gap_over_the_longest_edge(rng, is_edge_edge):
     found = np.empty(30)
     relative_depths(start, end, *columns, found)
     np.testing.assert_allclose(found, depths, rtol=0.0, atol=1e-12)
-
-
-def test_an_impact_is_prescribed_if_its_unpinned_vertices_have_no_weight(rng):
-    """Below a weight of 1e-9 in all, they would have to move a billion times the gap."""
-    impacts = weighted_impacts(rng, 200, 12)
-    pinned = rng.random(12) < 0.6
-    impacts.weights[::3] *= np.where(pinned[impacts.nodes[::3]], 1.0, 1e-12)
-    found = np.empty(200, bool)
-    prescribed_impacts(impacts.nodes, impacts.weights, pinned, found)
-    unpinned = (np.abs(impacts.weights) * ~pinned[impacts.nodes]).sum(axis=1)
-    np.testing.assert_array_equal(found, unpinned < 1e-9)
-    assert 20 < found.sum() < 180
-    for weight, expected in ((0.9e-9, True), (1.1e-9, False)):
-        one = np.array([[weight, weight - 1.0, 0.5, 0.5 - 2.0 * weight]])
-        held = np.array([False, True, True, True])
-        prescribed_impacts(np.arange(4, dtype=np.int32)[None], one, held, found[:1])
-        assert found[0] == expected
 
 
 def test_an_impact_is_hopeful_if_its_gap_is_too_small_and_no_vertex_is_stuck(rng):

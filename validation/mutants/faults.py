@@ -2,6 +2,7 @@
 
 from validation.mutants.fault import Fault
 from validation.mutants.faults_certificate import CERTIFICATES
+from validation.mutants.faults_gpu_step import GPU_STEP
 from validation.mutants.faults_lagrangian import LAGRANGIAN
 from validation.mutants.faults_loop import LOOPS
 from validation.mutants.faults_proofs import PROOFS
@@ -20,6 +21,7 @@ FAULTS: list[Fault] = [
     *RESIDUAL,
     *LAGRANGIAN,
     *LOOPS,
+    *GPU_STEP,
     *CERTIFICATES,
     *STARTS,
     *WELD,

@@ -72,8 +72,8 @@ LOOPS = [
     Fault(
         "doubtful-proposal-taken",
         "izo_ref/loop/iterate.py",
-        "        if meets.any() or _one_meets(sample, scene, deadline):\n",
-        "        if meets.any():\n",
+        "        if _one_meets(step.first_found(SAMPLE), scene, deadline):\n",
+        "        if False:\n",
         "A proposal is certified in full wherever floats cannot tell whether some impacts meet.",
         ("tests/loop/test_proposal.py",),
         flag="certificate",

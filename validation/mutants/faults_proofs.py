@@ -4,6 +4,7 @@ from validation.mutants.fault import (
     ANEW,
     CPU_SIMULATOR,
     ELSEWHERE,
+    ON_GPU,
     ROUNDING,
     Fault,
 )
@@ -21,6 +22,9 @@ SIGNS = f"{FRAME}::test_every_frame_has_a_unit_normal_and_a_gap_that_changes_sig
 FIND = "tests/detection/test_find.py"
 ARMADILLO = f"{FIND}::test_armadillo_rollers_gives_exactly_the_published_pairs"
 SCENE = "tests/test_scene.py"
+FILTER = "tests/detection/test_filter.py"
+IN_A_CORNER = f"{FILTER}::test_no_exact_meeting_in_a_corner_of_a_large_mesh_is_settled"
+ROUNDED = f"{FILTER}::test_no_pair_that_rounding_takes_apart_is_settled"
 
 PROOFS = [
     Fault(
@@ -238,5 +242,32 @@ PROOFS = [
         (SCENE,),
         flag="bad-start",
         not_by_vectors=ROUNDING,
+    ),
+    Fault(
+        "float32-gap-without-positions",
+        "izo_ref/detection/formulas/filter.py",
+        "GAP_ERROR * (size + size + farthest)",
+        "GAP_ERROR * (size + size)",
+        "In float32, the bound of a gap leaves out the rounding of the positions.",
+        (IN_A_CORNER, ROUNDED),
+        not_by_vectors=ON_GPU,
+    ),
+    Fault(
+        "float32-cubic-without-positions",
+        "izo_ref/detection/formulas/filter.py",
+        "CUBIC_ERROR_Q * (farthest * faces)",
+        "CUBIC_ERROR_Q * TINY",
+        "In float32, the bound of the cubic leaves out the rounding of the positions.",
+        (IN_A_CORNER,),
+        not_by_vectors=ON_GPU,
+    ),
+    Fault(
+        "float32-filter-settles-a-start-alone",
+        "izo_ref/detection/serial/filter.py",
+        "_ends_of_nodes(vertex_boxes, nodes, 3)",
+        "_ends_of_nodes(vertex_boxes, nodes, 0)",
+        "The float32 filter proves that a pair is apart at the start, and takes that for its path.",
+        (IN_A_CORNER,),
+        not_by_vectors=ON_GPU,
     ),
 ]

@@ -3,20 +3,42 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from validation.ptx import FRAMES
 from validation.report.catalogue import Headline
+from validation.report.cuda_bounds import (
+    bounds_section,
+    counts_section,
+    goal_ms,
+    kernels_section,
+)
 from validation.report.tables import NOT_MEASURED, run_table, table, write_page
 from validation.rows import Columns, Row, read, runs_of
+from validation.study.gpu_counts import Counts
+from validation.study.gpu_launches import counted_typical, typical_host_ms
 
-PARTS = ("kernels", "detection", "blocks", "zones", "steps", "launches", "memory")
-KERNELS: Columns = {
+PARTS = (
+    *("kernels", "counts", "counts_before", "sizes", "zone_sizes", "filter", "filter_kernels"),
+    *("check", "cut", "detection", "blocks", "zones", "steps", "memory"),
+)
+FILTER: Columns = {
+    "step": "step",
+    "path to the": "path",
+    "pairs": "pairs",
+    "contacts": "contacts",
+    "settled": "settled",
+    "settled, of those apart": "settled_of_apart",
+    "contacts that are settled": "missed",
+    "groups of 32 with a pair left open": "groups_left_open",
+    "detection, CPU without filter [ms]": "cpu_ms",
+    "CPU with filter [ms]": "cpu_filtered_ms",
+    "with / without": "ratio",
+    "load": "load",
+}
+FILTER_KERNELS: Columns = {
     "kernel": "kernel",
-    "types": "types",
     "compute capability": "capability",
+    "float32 instructions": "f32",
+    "float64 instructions": "f64",
     "registers": "registers",
-    "fixed shared [B]": "shared_bytes",
-    "stack [B]": "stack_bytes",
-    "spilled [B]": "spilled_bytes",
 }
 DETECTION: Columns = {
     "step": "step",
@@ -31,6 +53,7 @@ DETECTION: Columns = {
     "lower bound [ms]": "floor_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
+    "SCCD, published [ms]": lambda row: SCCD_MS.get(row["step"]),
 }
 BLOCKS: Columns = {
     "zone": "zone",
@@ -73,18 +96,22 @@ STEPS: Columns = {
     "left to the CPU": "left",
     "iterations": "iterations",
     "iterations on the CPU": "cpu_iterations",
+    "lower bound [ms]": "floor_ms",
+    "goal [ms]": lambda row: goal_ms(row["triangles"]),
     "loop [ms]": "loop_ms",
     "certificate [ms]": "certify_ms",
     "whole [ms]": "gpu_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
+    "I-Cloth, published [ms]": lambda row: (
+        ICLOTH_MS if row["triangles"] in ICLOTH_TRIANGLES else None
+    ),
 }
-LAUNCHES: Columns = {
-    "triangles": "triangles",
-    "GPU": "gpu",
-    "iterations": "iterations",
-    "launches": "launches",
-    "arrays": "arrays",
+CHECK: Columns = {"case": "case", "GPU": "gpu", "time [s]": "seconds"}
+CUT: Columns = {
+    "part": "part",
+    "first case that was left out": "first_left_out",
+    "after [s]": "spent_s",
 }
 MEMORY: Columns = {"tool": "tool", "GPU": "gpu", "passed": "passed", "it says": "said"}
 INTRO = (
@@ -97,10 +124,17 @@ LOWER_BOUND = (
     "The lower bound is the time to move once all data that have to be moved, at the rate of a "
     "copy within the memory of the GPU."
 )
+FILTER_INTRO = (
+    "A pair is settled if float32 proves that it stays apart. All others are decided in float64, "
+    "by a launch of their own. The pairs are counted on the CPU, for the path to the proposed "
+    "positions and for that to the answer, whose pairs are those of the last detection. The times "
+    "are CPU times of all threads, medians of five, with and without the filter in turn, while the "
+    "machine had the load beside it. Only a GPU uses the filter. Instructions are counted in the "
+    "PTX; one in a loop counts once."
+)
 BLOCKS_INTRO = (
-    "The times are those of the call, from the choice of the zones to the end of the kernel. This "
-    "table is what the constants of `izo_ref/solvers/gpu_pivoting.py` are to be chosen from, and "
-    "`SMALL` of `gpu_solve.py`."
+    "The times are those of the launch. This table is what the constants of "
+    "`izo_ref/solvers/gpu_pivoting.py` are to be chosen from, and `SMALL` of `gpu_solve.py`."
 )
 # M. Tang et al. (2018), table of benchmarks: GTX 1080, float32
 ICLOTH = (
@@ -108,11 +142,31 @@ ICLOTH = (
     "the collision handling of a step with 90 to 215 thousand triangles, and 2.86 ms for the zones "
     "of a frame."
 )
-LAUNCHES_INTRO = (
-    "The steps are sheets that meet. With more triangles, trees have more levels and sorts have "
-    "more passes. The simulator counts launches too: run `--only launches` with "
-    "`NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1`."
+STEPS_BOUND = (
+    "The lower bound of a step is that of its iterations, as in the section on lower bounds, at "
+    "the rate of a copy within the memory of the GPU."
 )
+CHECK_INTRO = (
+    "Arrays, programs, detections, certificates, whole steps with every selection, plan, method "
+    "and preset, and zones are compared with numpy and with the CPU. The study ends at the first "
+    "difference, so all cases in this table agree."
+)
+CUT_INTRO = "These parts used up their time. What they left out was not measured."
+# zulianp/sccd, README of its repository (November 2026): median time of a case, which has the
+# vertex-face or the edge-edge pairs of one frame, for two cases
+SCCD_MS = {
+    "armadillo-rollers": 2 * 6.7,
+    "cloth-ball-clean": 2 * 18.5,
+    "cloth-funnel-clean": 2 * 4.6,
+}
+SCCD = (
+    "SCCD's published figures are for the public scene of the same name on a GH200: twice the "
+    "median of a case, because a frame has two cases. It looks at every pair; the steps here are "
+    "single frames of these scenes, from which intersecting faces were removed."
+)
+# triangles of the steps of I-Cloth's figures
+ICLOTH_TRIANGLES = range(90_000, 215_001)
+ICLOTH_MS = "66 to 654"
 
 
 def page(rows_folder: Path, output: Path) -> Path:
@@ -126,14 +180,24 @@ def page(rows_folder: Path, output: Path) -> Path:
         Path of the page.
     """
     rows = {name: read(rows_folder, name) for name in PARTS}
+    now, before = (counted_typical(rows_folder, name) for name in ("counts", "counts_before"))
     made = runs_of(rows_folder, (row for part in rows.values() for row in part))
     sections = (
         "# On a GPU",
         INTRO,
         run_table(made),
+        "## Small cases: whether a GPU finds what the CPU finds",
+        CHECK_INTRO,
+        _measured(CHECK, rows["check"]),
+        *(["## What was cut off", CUT_INTRO, table(CUT, rows["cut"])] if rows["cut"] else []),
         "## Detection: whether a GPU finds the same impacts, and how long it takes",
         LOWER_BOUND,
+        SCCD,
         _measured(DETECTION, rows["detection"]),
+        "## Float32 filter: how many pairs need no float64",
+        FILTER_INTRO,
+        _measured(FILTER, rows["filter"], "cpu_ms", "cpu_filtered_ms"),
+        _measured(FILTER_KERNELS, rows["filter_kernels"]),
         "## Zones of the loop: one block a zone, by block pivoting",
         BLOCKS_INTRO,
         _measured(BLOCKS, rows["blocks"], "one_ms"),
@@ -143,15 +207,13 @@ def page(rows_folder: Path, output: Path) -> Path:
         _measured(ZONES, rows["zones"], "kernel_ms"),
         "## Whole steps",
         ICLOTH,
+        STEPS_BOUND,
         _measured(STEPS, rows["steps"]),
-        "## Launches of kernels and new arrays in whole steps",
-        LAUNCHES_INTRO,
-        _measured(LAUNCHES, rows["launches"]),
         "## Memory: `compute-sanitizer` on a small step",
         _measured(MEMORY, rows["memory"]),
-        "## Kernels",
-        _measured(KERNELS, rows["kernels"]),
-        *(f"`{kernel}` has a stack frame: {reason}." for kernel, reason in FRAMES.items()),
+        *counts_section(before, now, None if now is None else typical_host_ms(rows_folder)),
+        *bounds_section(rows["sizes"], rows["zone_sizes"], now),
+        *kernels_section(rows["kernels"]),
     )
     return write_page(output / "README.md", sections)
 
@@ -163,7 +225,7 @@ def headlines(rows_folder: Path) -> list[Headline]:
     if kernels:
         names = {row["kernel"] for row in kernels}
         spilled = {row["kernel"] for row in kernels if row["stack_bytes"] or row["spilled_bytes"]}
-        capabilities = ", ".join(dict.fromkeys(row["capability"] for row in kernels))
+        capabilities = ", ".join(sorted({row["capability"] for row in kernels}, key=float))
         others = f"; the other is `{', '.join(sorted(spilled))}`" if spilled else ""
         found.append(
             Headline(
@@ -184,7 +246,7 @@ def headlines(rows_folder: Path) -> list[Headline]:
             )
         )
     else:
-        found += _launches(read(rows_folder, "launches"))
+        found += _launches(counted_typical(rows_folder))
     return found
 
 
@@ -202,21 +264,22 @@ def _detection(rows: list[Row]) -> Iterable[Headline]:
         )
 
 
-def _launches(rows: list[Row]) -> Iterable[Headline]:
+def _launches(counts: Counts | None) -> Iterable[Headline]:
     """Yield the headline of a study that has not measured whole steps on a GPU yet."""
-    if rows:
-        last = rows[-1]
+    if counts is not None:
         yield Headline(
-            "Launches of kernels in a step",
-            f"{last['launches']:,}",
-            f"{last['triangles']:,} triangles and {last['iterations']} iterations, counted on: "
-            f"{last['gpu']}. Whole steps on a GPU are not measured yet.",
+            "Launches of an iteration on a GPU",
+            f"{counts.launches + counts.programs:,}",
+            f"With {counts.kernels} kernels, {counts.arrays} new arrays and {counts.reads} reads "
+            "of the host, counted without a GPU. Whole steps on a GPU are not measured yet.",
         )
 
 
-def _measured(columns: Columns, rows: list[Row], own_ms: str = "gpu_ms") -> str:
-    """Return the table of a part, with the time of the CPU over that in a column."""
-    lines = [row | {"ratio": _over(row.get("cpu_ms"), row.get(own_ms))} for row in rows]
+def _measured(
+    columns: Columns, rows: list[Row], own_ms: str = "gpu_ms", other_ms: str = "cpu_ms"
+) -> str:
+    """Return the table of a part, with the ratio of two times: by default CPU over GPU."""
+    lines = [row | {"ratio": _over(row.get(other_ms), row.get(own_ms))} for row in rows]
     return table(columns, lines) if lines else NOT_MEASURED
 
 

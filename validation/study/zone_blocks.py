@@ -1,21 +1,22 @@
 """Measure zones that a block of a GPU solves by block pivoting: a part of the study of CUDA."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any, cast
 from unittest.mock import patch
 
 import numpy as np
 
 from izo_ref import Options, solve_zone
-from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.constraints import residuals
-from izo_ref.solvers.serial.small_zone import Limits
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import ZoneSystem, problem_system
 from validation.rows import Rows
 from validation.scenes.piles import stack_zone
 from validation.scenes.zones import random_zone
+from validation.study.gpu_parts import Clock
 from validation.study.gpu_timing import event_ms
 from validation.study.parts import Say
 from validation.study.timing import measure
@@ -29,18 +30,20 @@ COPIES = 100  # of a zone, which are solved at the same time
 REPEATS, CPU_BUDGET_S = 5, 2.0
 
 
-def measure_blocks(folder: Path, gpu: str, say: Say) -> None:
+def measure_blocks(folder: Path, gpu: str, say: Say, clock: Clock) -> None:
     """Solve zones by one block each: one zone alone, and many at the same time.
 
     Args:
         folder: Folder of the rows.
         gpu: Name of the GPU.
         say: Takes lines of progress.
+        clock: Cuts the zones off when the time is used up.
     """
     from izo_ref.solvers import gpu_pivoting
 
     rows = Rows(folder, "blocks", ("zone", "impacts", "threads", "shared_kib"))
-    for name, problem in _zones():
+    cases = clock.cases(_zones(), lambda zone: f"{zone[0]} {len(zone[1].nodes)}", say)
+    for name, problem in cases:
         for threads in THREADS:
             for shared_kib in SHARED_KIB:
                 sizes = {"threads": threads, "shared_kib": shared_kib}
@@ -65,49 +68,64 @@ def _zones() -> Iterator[tuple[str, ZoneProblem]]:
 
 def _solved(problem: ZoneProblem) -> dict[str, float | int | bool | None]:
     """Solve one zone, and copies of it, and return what a row says."""
-    from izo_ref.base.gpu_arrays import full, last_of, to_cpu, to_gpu, zeros
-    from izo_ref.solvers.gpu_constraints import GpuConstraints, GpuSolution
-    from izo_ref.solvers.gpu_pivoting import solve_in_blocks
-    from izo_ref.solvers.gpu_solve import SMALL, solve_small
+    from izo_ref.base.gpu_arrays import to_cpu
+    from izo_ref.solvers.gpu_solve import SMALL
 
-    options = Options()
-    violation_m = options.violation_tolerance * problem.thickness
-
-    def prepared(n_copies: int) -> tuple[ZoneSystem, GpuConstraints, GpuSolution]:
-        """Return copies of the zone side by side, and room for their solution."""
-        system, _ = problem_system([problem] * n_copies)
-        rows = scale_constraints(system)
-        offsets = system.impact_offsets, system.vertex_offsets
-        own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
-        constraints = GpuConstraints(*map(to_gpu, (*offsets, *own)))
-        n, m = last_of(constraints.vertex_offsets), len(rows.rhs)
-        solved = full(n_copies, False, np.bool_)
-        u, z = (zeros((k,), np.float64) for k in (m, 3 * n))
-        return system, constraints, GpuSolution(u, z, solved)
-
-    limits = Limits(options.gap_tolerance, violation_m, FARTHEST, full(1, False, np.bool_))
-    system, constraints, solution = prepared(1)
-    steps = solve_in_blocks(constraints, 0, limits, solution)
-    one_ms = event_ms(lambda: solve_in_blocks(constraints, 0, limits, solution), REPEATS)
-    u, z, solved = map(to_cpu, solution)
+    system, solver, by_block, by_thread = _prepared(problem, 1)
+    by_block()
+    one_ms = event_ms(by_block, REPEATS)
+    u, z, solved, steps = map(to_cpu, solver.answers)
     rows = scale_constraints(system)
     own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
     violation, gap = residuals(0, *own, u, z)
-    _, all_constraints, copies = prepared(COPIES)
-    many_ms = event_ms(lambda: solve_in_blocks(all_constraints, 0, limits, copies), REPEATS)
-    thread_ms = None
-    if len(problem.nodes) <= SMALL:
-        thread_ms = event_ms(lambda: solve_small(constraints, limits, options, solution), REPEATS)
+    _, copies, all_by_block, _ = _prepared(problem, COPIES)
+    many_ms = event_ms(all_by_block, REPEATS)
+    is_small = len(problem.nodes) <= SMALL
+    thread_ms = event_ms(by_thread, REPEATS) if is_small else None
     cpu = measure(lambda: solve_zone(problem), REPEATS, CPU_BUDGET_S)
     return {
         "solved": bool(solved[0]),
         "active": int(np.count_nonzero(u)),
-        "solves": int(to_cpu(steps)[0]),
+        "solves": int(steps[0]),
         "gap": gap,
         "violation": violation / problem.thickness,
         "one_ms": one_ms,
         "many_ms": many_ms,
         "thread_ms": thread_ms,
-        "all_same": bool((to_cpu(copies.solved) == solved[0]).all()),
+        "all_same": bool((to_cpu(copies.answers.solved) == solved[0]).all()),
         "cpu_ms": 1e3 * cpu.seconds,
     }
+
+
+def _prepared(
+    problem: ZoneProblem, n_copies: int
+) -> tuple[ZoneSystem, Any, Callable[[], None], Callable[[], None]]:
+    """Put copies of a zone on the GPU, side by side.
+
+    Returns:
+        The copies on the CPU, the solver of the GPU, and two functions that solve the copies by it:
+        one block a zone, and one thread a zone.
+    """
+    from izo_ref.base.gpu_arrays import to_gpu
+    from izo_ref.solvers.gpu_solve import ZoneSolver
+
+    system, _ = problem_system([problem] * n_copies)
+    scaled = scale_constraints(system)
+    n = int(system.vertex_offsets[-1])
+    room = n_copies, len(scaled.rhs), n
+    solver = ZoneSolver(n, problem.thickness, Options(), room)
+    own = scaled.unknowns, scaled.coefficients, system.normals, *scaled[2:]
+    for values, values_out in zip(own, cast(tuple[Any, ...], solver.rows), strict=True):
+        values_out.copy_to_device(np.ascontiguousarray(values))
+    sizes = np.zeros(at.N_SIZES, np.int64)
+    sizes[[at.SMALL, at.MIDDLE]] = n_copies
+    begin, copies = to_gpu(sizes), to_gpu(np.arange(n_copies))
+    offsets = to_gpu(system.impact_offsets), to_gpu(system.vertex_offsets)
+    in_blocks = solver.launch_of_middle(copies, *offsets)
+    in_slots = solver.launch_of_small(copies, *offsets)
+
+    def by_block() -> None:
+        solver.sizes.copy_to_device(begin)  # the tickets begin anew
+        in_blocks()
+
+    return system, solver, by_block, in_slots

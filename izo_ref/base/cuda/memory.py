@@ -248,6 +248,12 @@ class DeviceArray:
         """Return the same memory, read as numbers of another dtype of the same size."""
         return DeviceArray(self.address, self.shape, np.dtype(dtype), self._owner, self.strides)
 
+    def clear(self) -> None:
+        """Make every byte zero; the array is contiguous."""
+        n_bytes = self.size * self.dtype.itemsize
+        if n_bytes:
+            call_driver(driver.cuMemsetD8Async, self.address, 0, n_bytes, 0)
+
     def copy_to_host(self) -> Any:
         """Return a copy on the CPU; the array is contiguous."""
         values = np.empty(self.shape, self.dtype)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from izo_ref.base.arrays import AnyArray, Offsets
+from izo_ref.base.arrays import AnyArray
 from izo_ref.base.compile import compiled
 
 
@@ -37,21 +37,3 @@ def is_among(value: Any, ascending: AnyArray) -> bool:
     """
     place = first_not_below(value, ascending)
     return place < ascending.shape[0] and ascending[place] == value
-
-
-@compiled
-def block_of(i: int, offsets: Offsets) -> int:
-    """Return the block that entry i is in.
-
-    Args:
-        i: Index of the entry.
-        offsets: (n_blocks + 1,) i8, where each block begins, and the end; no block is empty.
-    """
-    low, high = 0, offsets.shape[0] - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        if offsets[middle] <= i:
-            low = middle
-        else:
-            high = middle
-    return low

@@ -3,7 +3,7 @@
 from izo_ref.base.arrays import Codes, Floats, Indices, Ints, Offsets, Positions, Times
 from izo_ref.base.compile import cpu_kernel
 from izo_ref.detection.serial.contacts import contacts_of_pairs, crossings_of_pairs
-from izo_ref.detection.serial.tree import ALL_LANES, WIDTH, Tree, pairs_of_block
+from izo_ref.detection.serial.tree import WIDTH, Tree, pairs_of_block
 
 # Number of queries, or of pairs, that a thread takes at a time.
 CHUNK = 256
@@ -36,7 +36,7 @@ def find_pairs(
         for block in range(first, last):
             at = starts[k] + count
             count += pairs_of_block(
-                block, ALL_LANES, queries, leaves, against_itself, at, starts[k + 1], pairs_out
+                block, queries, leaves, against_itself, at, starts[k + 1], pairs_out
             )
         counts_out[k] = count
 

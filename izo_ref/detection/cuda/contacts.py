@@ -1,104 +1,88 @@
-"""Find the pairs of two trees whose boxes meet, and the contacts among them."""
-
-# The types of numba-cuda say that `cuda.grid` takes other arguments than it does.
-# pyright: reportCallIssue=false
+"""List the contacts among candidate pairs, and their impacts."""
 
 from numba import cuda
 
-from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Nodes, Offsets, Positions, Times
+from izo_ref.base.arrays import AnyFloats, Flags, Floats, Indices, Ints, Times
 from izo_ref.base.cuda.compile import cuda_kernel
-from izo_ref.detection.serial.contacts import contacts_of_pairs, pair_key, pair_nodes
-from izo_ref.detection.serial.tree import WIDTH, Tree, pairs_of_block
-
-# Number of queries, or of pairs, that a thread takes.
-CHUNK = 1
-
-
-@cuda_kernel
-def find_pairs(
-    # In:
-    chunks: Indices,  # (n,) i8, chunks of queries; chunk c has CHUNK of them, from CHUNK * c on
-    starts: Offsets,  # (n + 1,) i8, where each chunk writes, and where its room ends
-    queries: Tree,  # Tree
-    leaves: Tree,  # Tree
-    against_itself: bool,  # b1, both are the same tree
-    # Out:
-    counts_out: Indices,  # (n,) i8, pairs of each chunk, also those without room
-    pairs_out: Ints,  # (starts[n], 2) i4, places of the elements of each pair
-) -> None:
-    """Find the pairs of some chunks of queries whose moving boxes meet a leaf's."""
-    k = cuda.grid(1)
-    if k < chunks.shape[0]:
-        block, lane = chunks[k] // WIDTH, chunks[k] % WIDTH
-        counts_out[k] = pairs_of_block(
-            block, 1 << lane, queries, leaves, against_itself, starts[k], starts[k + 1], pairs_out
-        )
+from izo_ref.base.cuda.thread_group import block, grid
+from izo_ref.base.records import Impacts
+from izo_ref.base.serial.thread_group import group_maxima, group_sum
+from izo_ref.detection.serial.found_counts import MOST_STEPS, STEPS
+from izo_ref.detection.serial.group_contacts import (
+    append_contacts,
+    append_open_pairs,
+    sort_impacts,
+)
+from izo_ref.detection.serial.records import ContactList, PathArrays, SortSpace
+from izo_ref.detection.serial.tree import Tree
 
 
 @cuda_kernel
-def find_contacts(
+def list_open_pairs(
     # In:
-    chunks: Indices,  # (n,) i8, chunks of pairs; chunk c has CHUNK of them, from CHUNK * c on
-    pairs: Ints,  # (n_pairs, 2) i4, places
-    first_order: Ints,  # (m,) i4, element in each place of the tree of vertices or edges
-    first_nodes: Ints,  # (m, k) i4, its vertices
-    second_order: Ints,  # (m,) i4, of the tree of faces or edges
-    second_nodes: Ints,  # (m, k) i4
-    positions_t0: Positions,  # (n_vertices, 3) f8  [m]
-    positions_t1: Positions,  # (n_vertices, 3) f8  [m]
+    vertex_boxes: AnyFloats,  # (n_vertices, 9) f4, start, end, end; without unit
+    vertices: Tree,  # Tree
+    edges: Tree,  # Tree
+    faces: Tree,  # Tree
+    pairs: Ints,  # (n, 2) i4, of `list_pairs`
     # Out:
-    tallies_out: Indices,  # (n, 3) i8, contacts, steps of all proofs, steps of the longest
-    index_out: Indices,  # (n_pairs,) i8, the pair of each contact; chunk c writes from CHUNK * c on
-    toi_out: Times,  # (n_pairs,) f8, time until which the contact is proved apart
-    directions_out: Floats,  # (n_pairs, 3) f8, the last direction that separated its sides
-    margins_out: Floats,  # (n_pairs,) f8  [m], how far its vertices may end from positions_t1
+    counts_out: Indices,  # (n_counts,) i8, the count of open pairs is added to
+    open_out: Ints,  # (n, 2) i4, pairs, in any order
 ) -> None:
-    """Find the contacts among the pairs of some chunks: those that are not proved apart."""
-    k = cuda.grid(1)
-    if k < chunks.shape[0]:
-        c = chunks[k]
-        tallies_out[c, 0], tallies_out[c, 1], tallies_out[c, 2] = contacts_of_pairs(
-            c,
-            c + 1,
-            pairs,
-            first_order,
-            first_nodes,
-            second_order,
-            second_nodes,
-            positions_t0,
-            positions_t1,
-            index_out,
-            toi_out,
-            directions_out,
-            margins_out,
-        )
+    """List the pairs that float32 does not prove apart."""
+    append_open_pairs(grid(None), vertex_boxes, vertices, edges, faces, pairs, counts_out, open_out)
 
 
 @cuda_kernel
-def gather_contacts(
+def list_contacts(
     # In:
-    index: Indices,  # (n,) i8, the pair of each contact
-    pairs: Ints,  # (n_pairs, 2) i4, places
-    pair_toi: Times,  # (n_pairs,) f8
-    pair_directions: Floats,  # (n_pairs, 3) f8
-    first: Tree,  # Tree, of vertices or edges
-    second: Tree,  # Tree, of faces or edges
+    path: PathArrays,  # PathArrays
+    vertices: Tree,  # Tree
+    edges: Tree,  # Tree
+    faces: Tree,  # Tree
+    pairs: Ints,  # (n, 2) i4, of `list_open_pairs`
+    excluded: Indices,  # (m,) i8, keys of the pairs to ignore, ascending
     # Out:
-    keys_out: Indices,  # (n,) i8, to sort by elements, vertex-face pairs before edge-edge pairs
-    nodes_out: Nodes,  # (n, 4) i4, vertex then face, or edge then edge
-    is_edge_edge_out: Flags,  # (n,) b1
-    toi_out: Times,  # (n,) f8
-    directions_out: Floats,  # (n, 3) f8
+    counts_out: Indices,  # (n_counts,) i8, the counts of contacts and proofs are added to
+    contacts_out: ContactList,  # ContactList, in any order; the frames are not written
 ) -> None:
-    """Gather the keys, vertices, kinds, times and directions of the contacts."""
-    i = cuda.grid(1)
-    if i < index.shape[0]:
-        j = index[i]
-        a, b = pairs[j, 0], pairs[j, 1]
-        keys_out[i] = pair_key(a, b, first.order, first.nodes, second.order)
-        is_edge_edge_out[i], toi_out[i] = first.nodes.shape[1] == 2, pair_toi[j]
-        nodes = pair_nodes(a, b, first.order, first.nodes, second.order, second.nodes)
-        for k in range(4):
-            nodes_out[i, k] = nodes[k]
-        for axis in range(3):
-            directions_out[i, axis] = pair_directions[j, axis]
+    """List the pairs that are not proved apart, as far as there is room."""
+    # the threads of all blocks append to the list, and never wait for each other
+    steps, most = append_contacts(
+        grid(None), path, vertices, edges, faces, pairs, excluded, counts_out, contacts_out
+    )
+    total = group_sum(block(), float(steps))
+    highest, _ = group_maxima(block(), float(most), 0.0)
+    if cuda.threadIdx.x == 0:
+        cuda.atomic.add(counts_out, STEPS, int(total))
+        cuda.atomic.max(counts_out, MOST_STEPS, int(highest))
+
+
+@cuda_kernel
+def list_impacts(
+    # In:
+    path: PathArrays,  # PathArrays
+    n_room: int,  # i8, number of pairs for which there was room
+    pinned: Flags,  # (n_vertices,) b1
+    to_solve: bool,  # b1, leave out the impacts between pinned points
+    # Out:
+    contacts_out: ContactList,  # ContactList, of `list_contacts`; the frames are written
+    sort_out: SortSpace,  # SortSpace
+    least_toi_out: Times,  # (1,) f8, the memory of counts_out[LEAST_TOI]
+    counts_out: Indices,  # (n_counts,) i8, the counts of impacts are written
+    found_out: Impacts,  # Impacts
+    parts_out: Floats,  # (n_blocks, 7) f8, zeros at first, work space
+) -> None:
+    """Compute the frames of the contacts, and list them as impacts, sorted by their elements."""
+    sort_impacts(
+        grid(parts_out),
+        path,
+        n_room,
+        pinned,
+        to_solve,
+        contacts_out,
+        sort_out,
+        least_toi_out,
+        counts_out,
+        found_out,
+    )

@@ -51,15 +51,25 @@ SOON = 1e-9
 
 
 @compiled
+def coefficient_sums(a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3) -> Vec4:
+    """Return the four Bernstein coefficients of f on [0, 1], the two inner ones times 3.
+
+    a_k is e_k(0), b_k is e_k(1). There is no constant here, so float32 stays float32.
+    """
+    return (
+        det3(a1, a2, a3),
+        det3(b1, a2, a3) + det3(a1, b2, a3) + det3(a1, a2, b3),
+        det3(a1, b2, b3) + det3(b1, a2, b3) + det3(b1, b2, a3),
+        det3(b1, b2, b3),
+    )
+
+
+@compiled
 def bernstein_coefficients(a1: Vec3, a2: Vec3, a3: Vec3, b1: Vec3, b2: Vec3, b3: Vec3) -> Vec4:
     """Return the four Bernstein coefficients of f on [0, 1]; a_k is e_k(0), b_k is e_k(1)."""
     third = 1.0 / 3.0
-    return (
-        det3(a1, a2, a3),
-        third * (det3(b1, a2, a3) + det3(a1, b2, a3) + det3(a1, a2, b3)),
-        third * (det3(a1, b2, b3) + det3(b1, a2, b3) + det3(b1, b2, a3)),
-        det3(b1, b2, b3),
-    )
+    c0, c1, c2, c3 = coefficient_sums(a1, a2, a3, b1, b2, b3)
+    return (c0, third * c1, third * c2, c3)
 
 
 @compiled

@@ -126,7 +126,6 @@ def share_node(a: AnyInts, i: AnyInt, b: AnyInts, j: AnyInt) -> bool:
 @inlined
 def _pairs_of_two_blocks(
     own: AnyInt,  # block of queries
-    wanted: AnyInt,  # mask of its lanes to look at
     other: AnyInt,  # block of leaves
     other_box: tuple[float, ...],  # box about it
     query_blocks: AnyFloats,
@@ -142,7 +141,7 @@ def _pairs_of_two_blocks(
 ) -> int:
     """Write the pairs of two blocks from `start` on, as far as `end`, and return their number."""
     count = 0
-    queries = meeting_lanes(other_box, query_blocks, own) & wanted
+    queries = meeting_lanes(other_box, query_blocks, own)
     while queries:
         lane = lowest_lane(queries)
         queries &= queries - 1
@@ -164,10 +163,32 @@ def _pairs_of_two_blocks(
     return count
 
 
+@inlined
+def next_block(
+    mask: AnyInt,  # lanes to enter of the block
+    level: int,
+    block: AnyInt,  # in that level
+    to_enter: AnyInt,  # lanes that are left to enter in the levels above, eight bits for each level
+    top: int,  # the highest level
+) -> tuple[int, AnyInt, AnyInt]:
+    """Return the level and the number of the next block of a walk, and what is left to enter.
+
+    The level is 0 if the walk is at its end.
+    """
+    while mask == 0 and level < top:
+        level += 1
+        block //= WIDTH
+        mask = (to_enter >> (8 * (level - 1))) & ALL_LANES
+    if mask == 0:
+        return 0, block, to_enter
+    shift = 8 * (level - 1)  # levels 1 to 8, enough for 8^9 elements
+    to_enter = (to_enter & ~(ALL_LANES << shift)) | ((mask & (mask - 1)) << shift)
+    return level - 1, WIDTH * block + lowest_lane(mask), to_enter
+
+
 @compiled
 def pairs_of_block(
     own: int,
-    wanted: int,
     queries: Tree,
     leaves: Tree,
     against_itself: bool,
@@ -181,7 +202,6 @@ def pairs_of_block(
 
     Args:
         own: The block of queries.
-        wanted: Mask of its lanes to look at: ALL_LANES, or one lane alone.
         queries: Tree of the queries.
         leaves: Tree of the leaves.
         against_itself: Whether both are the same tree. Each pair then comes once, in the order of
@@ -197,11 +217,8 @@ def pairs_of_block(
     query_blocks, query_lanes, query_nodes = queries.blocks, queries.lanes, queries.nodes
     blocks, lanes, leaf_nodes, levels = leaves.blocks, leaves.lanes, leaves.nodes, leaves.levels
     top = levels.shape[0] - 2
-    if wanted == ALL_LANES:
-        box = box_of(query_blocks, queries.levels[1] + own // WIDTH, own % WIDTH)
-    else:
-        box = box_of(query_blocks, own, lowest_lane(wanted))
-    marked = query_lanes[own] & wanted
+    box = box_of(query_blocks, queries.levels[1] + own // WIDTH, own % WIDTH)
+    marked = query_lanes[own]
     first = own if against_itself else -1
     count = 0
     to_enter = np.int64(0)  # lanes that are left to enter, eight bits for each level
@@ -215,7 +232,6 @@ def pairs_of_block(
                 other = WIDTH * block + lane
                 count += _pairs_of_two_blocks(
                     own,
-                    wanted,
                     other,
                     box_of(blocks, levels[1] + block, lane),
                     query_blocks,
@@ -229,14 +245,7 @@ def pairs_of_block(
                     end,
                     pairs_out,
                 )
-        while mask == 0 and level < top:
-            level += 1
-            block //= WIDTH
-            mask = (to_enter >> (8 * (level - 1))) & ALL_LANES
-        if mask == 0:
+        level, block, to_enter = next_block(mask, level, block, to_enter, top)
+        if level == 0:
             return count
-        shift = 8 * (level - 1)  # levels 1 to 8, enough for 8^9 elements
-        to_enter = (to_enter & ~(ALL_LANES << shift)) | ((mask & (mask - 1)) << shift)
-        level -= 1
-        block = WIDTH * block + lowest_lane(mask)
         mask = lanes_to_enter(box, marked != 0, first, level, block, blocks, lanes, levels)

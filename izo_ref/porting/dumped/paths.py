@@ -9,8 +9,8 @@ import numpy as np
 from izo_ref.base.arrays import Flags, Floats, Indices, Nodes, Positions
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.detection.cpu.frames import compute_impact_frames
+from izo_ref.detection.serial.prescribed import NO_WEIGHT
 from izo_ref.porting.dumped.arrays import Rows
-from izo_ref.zones.serial.selection import NO_WEIGHT
 
 Key: TypeAlias = "tuple[int, ...]"
 
