@@ -180,7 +180,7 @@ def _resolve_in_range(
 ) -> Result:
     """Resolve a scene of ordinary size (`base/units.py`)."""
     make_step = implementation(device, _make_cpu_step, "izo_ref.loop.gpu_step:GpuStep")
-    thickness = _choose_thickness(scene, thickness, options)
+    thickness = choose_thickness(scene, thickness, options)
     watch = Stopwatch()
     order = geometric_order(scene)
     step = make_step(renumber_scene(scene, order), thickness, options, times.deadline)
@@ -238,7 +238,8 @@ def _resolve_in_range(
     )
 
 
-def _choose_thickness(scene: SceneArrays, thickness: float | None, options: Options) -> float:
+def choose_thickness(scene: SceneArrays, thickness: float | None, options: Options) -> float:
+    """Return the thickness [m]: the one that is passed, or the default of the options."""
     if thickness is not None:
         return thickness
     if len(scene.edges) == 0:

@@ -201,9 +201,9 @@ def count_up(
 @cuda_kernel
 def fill(
     # In:
-    value: Any,  # f8 or f4 or i8 or b1 or i1
+    value: Any,  # f8 or f4 or i8 or i4 or b1 or i1
     # Out:
-    values_out: AnyArray,  # (n,) f8 or f4 or i8 or b1 or i1
+    values_out: AnyArray,  # (n,) f8 or f4 or i8 or i4 or b1 or i1
 ) -> None:
     """Write one value everywhere."""
     i = cuda.grid(1)

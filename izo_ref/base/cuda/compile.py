@@ -7,7 +7,7 @@ may differ from those of the CPU.
 """
 
 from collections.abc import Callable
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 from numba import cuda
@@ -75,16 +75,12 @@ class Kernel:
         self.function = function
         dispatcher = self._dispatcher = cuda.jit(function, fastmath=False)
         if config.ENABLE_CUDASIM:  # the simulator compiles nothing, and has no driver
-            from izo_ref.base.cuda.simulated import launch, prepared
-
-            self._launch = partial(launch, dispatcher)
-            self._prepare = partial(prepared, dispatcher)
+            from izo_ref.base.cuda.simulated import Launcher
         else:
             from izo_ref.base.cuda.launch import Launcher
 
             keep_on_disk(dispatcher)
-            self._launch = launcher = Launcher(dispatcher)
-            self._prepare = launcher.prepare
+        self._launcher = Launcher(dispatcher)
 
     def __getitem__(self, n_threads: int) -> Callable[..., None]:
         """Return the launch on n threads, in blocks of `THREADS`."""
@@ -101,7 +97,7 @@ class Kernel:
 
         def launch(*arguments: Any) -> None:
             if n_blocks:
-                self._launch(n_blocks, size, shared_bytes, arguments)
+                self._launcher(n_blocks, size, shared_bytes, arguments)
 
         return launch
 
@@ -114,7 +110,7 @@ class Kernel:
             arguments: Arrays of the GPU, numbers, and records of these.
             shared_bytes: Dynamic shared memory of a block [bytes].
         """
-        return self._prepare(n_blocks, size, shared_bytes, arguments)
+        return self._launcher.prepare(n_blocks, size, shared_bytes, arguments)
 
 
 def cuda_kernel(function: Callable[..., None]) -> Kernel:

@@ -36,7 +36,9 @@ class Driver:
         ctypes.memmove(target, source, n_bytes)
         return (0,)
 
-    cuMemcpyDtoH = cuMemcpyHtoD
+    def cuMemcpyDtoH(self, target: int, source: int, n_bytes: int) -> tuple[int]:
+        """Copy some bytes, and return 0."""
+        return self.cuMemcpyHtoD(target, source, n_bytes)
 
     def cuMemcpyDtoDAsync(self, target: int, source: int, n: int, _: int) -> tuple[int]:
         """Copy some bytes, and return 0; the stream does not matter."""
@@ -87,15 +89,30 @@ def launch(dispatcher: Any, n_blocks: int, size: int, shared_bytes: int, argumen
     dispatcher[n_blocks, size, 0, shared_bytes](*map(_as_simulated, arguments))
 
 
-def prepared(
-    dispatcher: Any, n_blocks: int, size: int, shared_bytes: int, arguments: Any
-) -> Callable[..., None]:
-    """Return a launch that can be repeated with the same arguments; parameters as of `launch`."""
+class Launcher:
+    """Launches a kernel of the simulator, with the methods of the launcher of a GPU.
 
-    def again(_stream: Any = 0) -> None:
-        launch(dispatcher, n_blocks, size, shared_bytes, arguments)
+    Args:
+        dispatcher: The kernel, of the simulator.
+    """
 
-    return again
+    def __init__(self, dispatcher: Any) -> None:
+        """Keep the kernel."""
+        self._dispatcher = dispatcher
+
+    def __call__(self, n_blocks: int, size: int, shared_bytes: int, arguments: Any) -> None:
+        """Run the kernel; parameters as of `launch`."""
+        launch(self._dispatcher, n_blocks, size, shared_bytes, arguments)
+
+    def prepare(
+        self, n_blocks: int, size: int, shared_bytes: int, arguments: Any
+    ) -> Callable[..., None]:
+        """Return a launch that can be repeated with the same arguments."""
+
+        def again(_stream: Any = 0) -> None:
+            self(n_blocks, size, shared_bytes, arguments)
+
+        return again
 
 
 def _as_simulated(argument: Any) -> Any:

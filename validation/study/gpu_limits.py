@@ -1,0 +1,45 @@
+"""Limits of what an iteration may ask of a GPU, and the goal. A test holds the code to the limits.
+
+This is the only place with these numbers. The limits are those of the code as it is, rounded up, so
+that a change which needs more has to say so here. Lower them when the code needs less.
+"""
+
+from typing import NamedTuple
+
+from validation.study.gpu_counts import Counts
+
+
+class Limit(NamedTuple):
+    """The most that an iteration may ask for, what it shall ask for one day, and the reason."""
+
+    most: int
+    goal: int | None  # None where no goal is set
+    reason: str
+
+
+# By the name of a field or property of `Counts`. They hold for iterations after the first one.
+LIMITS: dict[str, Limit] = {
+    "launches": Limit(140, 15, "a launch takes 3 to 5 us of the driver, and more of Python"),
+    "kernels": Limit(140, None, "a kernel of a program takes 0.7 us on an H200"),
+    "prepared": Limit(0, 0, "launches are prepared when a buffer is made or has grown"),
+    "recorded": Limit(0, 0, "programs are made when a buffer is made or has grown"),
+    "arrays": Limit(210, 0, "a new array takes 3 us of Python"),
+    "allocations": Limit(10, 0, "the driver stops all launches to allocate"),
+    "reads": Limit(35, 1, "the host waits 21 us for each read on an H200"),
+    "read_bytes": Limit(300, 512, "64 counts of 8 bytes"),
+    "sends": Limit(1, 0, "the topology is on the GPU; positions are sent once a step"),
+    "sent_bytes": Limit(64, 0, "the topology is on the GPU; positions are sent once a step"),
+    "copies": Limit(26, None, "a copy inside the GPU is a launch, too"),
+    "numbers": Limit(4500, None, "Python packs each number for 0.1 us"),
+    "most_numbers": Limit(160, None, "a launch takes at most 4096 bytes of arguments"),
+}
+ARGUMENT_BYTES = 4096  # of one launch; CUDA C++ Programming Guide, "Function Parameters"
+
+
+def exceeded(counts: Counts) -> list[str]:
+    """Return a sentence for each limit that the counts of an iteration exceed."""
+    return [
+        f"{name}: {getattr(counts, name)} an iteration, but at most {limit.most}: {limit.reason}"
+        for name, limit in LIMITS.items()
+        if getattr(counts, name) > limit.most
+    ]
