@@ -167,7 +167,8 @@ def _add_studies(commands: "Subparsers") -> None:
     _add_report(sub)
     help_ = "what kernels need of a GPU; with a GPU, its results and times next to the CPU: cuda/"
     sub = _add(studies, "cuda", run_cuda, help_)
-    parts = ("kernels", "detection", "blocks", "zones", "steps", "launches", "memory")
+    parts = ("kernels", "launches", "bounds")  # of these three none needs a GPU
+    parts += ("check", "detection", "steps", "blocks", "zones", "memory")
     sub.add_argument("--only", choices=parts)
     _add_report(sub)
     help_ = "stiff and extreme cases: how far the method holds, and what it says beyond: stability/"

@@ -24,7 +24,11 @@ from izo_ref.solvers.serial.records import Inputs, Results, WorkSpace
 from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.small_zone import Limits
 
-CAPABILITIES = ((8, 0), (9, 0), (10, 0))
+CAPABILITIES = ((8, 0), (8, 9), (9, 0), (10, 0))  # of the study
+TESTED = (
+    CAPABILITIES[0],
+    CAPABILITIES[-1],
+)  # the oldest and the newest; each takes 70 s of CPU time
 DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": "int8"} | {
     "u1": "uint8",
     "u4": "uint32",

@@ -59,9 +59,10 @@ class Driver:
         self.left, self.blocks = n_bytes, dict[int, Any]()
         self.launches, self.asked = list[Any](), list[int]()
         self.graphs, self.started = dict[int, Any](), list[int]()
-        self.can_record, self._recording = True, None
+        self.can_record = True
+        self._recording: list[Any] | None = None
 
-    def cuMemAlloc(self, n: int) -> Any:
+    def cuMemAlloc(self, n: int, /) -> Any:
         """Give memory."""
         if n > self.left:
             return Code(OUT_OF_MEMORY), None
@@ -70,34 +71,36 @@ class Driver:
         self.blocks[ctypes.addressof(block)] = block
         return Code(0), ctypes.addressof(block)
 
-    def cuMemFree(self, address: int) -> Any:
+    def cuMemFree(self, address: int, /) -> Any:
         """Take memory back."""
         self.left += len(self.blocks.pop(address))
         return (Code(0),)
 
-    def cuMemcpyHtoD(self, target: int, source: int, n: int) -> Any:
+    def cuMemcpyHtoD(self, target: int, source: int, n: int, /) -> Any:
         """Copy some bytes to the GPU."""
         ctypes.memmove(target, source, n)
         return (Code(0),)
 
-    def cuMemcpyDtoH(self, target: int, source: int, n: int) -> Any:
+    def cuMemcpyDtoH(self, target: int, source: int, n: int, /) -> Any:
         """Copy some bytes to the host."""
         ctypes.memmove(target, source, n)
         return (Code(0),)
 
-    def cuMemcpyDtoDAsync(self, target: int, source: int, n: int, _stream: Any) -> Any:
+    def cuMemcpyDtoDAsync(self, target: int, source: int, n: int, _stream: Any, /) -> Any:
         """Copy some bytes inside the memory of the GPU."""
         ctypes.memmove(target, source, n)
         return (Code(0),)
 
-    def cuLaunchKernel(self, handle: Any, *rest: Any) -> Any:
+    def cuLaunchKernel(self, handle: Any, /, *rest: Any) -> Any:
         """Note a launch, or record it."""
         sizes, places = rest[:8], rest[8]
-        is_recorded = self._recording is not None and sizes[7] == STREAM
-        (self._recording if is_recorded else self.launches).append((handle, sizes, places))
+        own = self.launches
+        if self._recording is not None and sizes[7] == STREAM:
+            own = self._recording
+        own.append((handle, sizes, places))
         return (Code(0),)
 
-    def cuLaunchCooperativeKernel(self, handle: Any, *rest: Any) -> Any:
+    def cuLaunchCooperativeKernel(self, handle: Any, /, *rest: Any) -> Any:
         """Note a launch whose blocks wait for each other."""
         return self.cuLaunchKernel(("cooperative", handle), *rest)
 
@@ -105,46 +108,46 @@ class Driver:
         """Return the number of the GPU."""
         return Code(0), 0
 
-    def cuKernelSetAttribute(self, _name: Any, value: int, _kernel: Any, _device: Any) -> Any:
+    def cuKernelSetAttribute(self, _name: Any, value: int, _kernel: Any, _device: Any, /) -> Any:
         """Note the shared memory that a kernel is allowed."""
         self.asked.append(value)
         return (Code(0),)
 
-    def cuStreamCreate(self, _flags: int) -> Any:
+    def cuStreamCreate(self, _flags: int, /) -> Any:
         """Make a stream."""
         return Code(0), STREAM
 
-    def cuStreamDestroy(self, _stream: Any) -> Any:
+    def cuStreamDestroy(self, _stream: Any, /) -> Any:
         """Destroy a stream."""
         return (Code(0),)
 
-    def cuStreamBeginCapture(self, _stream: Any, _mode: Any) -> Any:
+    def cuStreamBeginCapture(self, _stream: Any, _mode: Any, /) -> Any:
         """Begin to record launches."""
         if not self.can_record:
             return (Code(NOT_SUPPORTED),)
-        self._recording = list[Any]()
+        self._recording = []
         return (Code(0),)
 
-    def cuStreamEndCapture(self, _stream: Any) -> Any:
+    def cuStreamEndCapture(self, _stream: Any, /) -> Any:
         """Return the recorded launches."""
         recorded, self._recording = self._recording, None
         return Code(0), recorded
 
-    def cuGraphInstantiate(self, graph: Any, _flags: int) -> Any:
+    def cuGraphInstantiate(self, graph: Any, _flags: int, /) -> Any:
         """Return a graph that can run."""
         self.graphs[len(self.graphs)] = graph
         return Code(0), len(self.graphs) - 1
 
-    def cuGraphDestroy(self, _graph: Any) -> Any:
+    def cuGraphDestroy(self, _graph: Any, /) -> Any:
         """Forget the recorded launches."""
         return (Code(0),)
 
-    def cuGraphExecDestroy(self, graph: int) -> Any:
+    def cuGraphExecDestroy(self, graph: int, /) -> Any:
         """Forget a graph."""
         del self.graphs[graph]
         return (Code(0),)
 
-    def cuGraphLaunch(self, graph: int, _stream: Any) -> Any:
+    def cuGraphLaunch(self, graph: int, _stream: Any, /) -> Any:
         """Note the launches of a graph."""
         self.started.append(graph)
         self.launches.extend(self.graphs[graph])
@@ -163,24 +166,24 @@ class Replay(Driver):
         super().__init__(BYTES)
         self.reads, self._next = list(reads), ALIGNMENT
 
-    def cuMemAlloc(self, n: int) -> Any:
+    def cuMemAlloc(self, n: int, /) -> Any:
         """Give an address that nothing else has."""
         address, self._next = self._next, self._next + -(-n // ALIGNMENT) * ALIGNMENT
         return Code(0), address
 
-    def cuMemFree(self, _address: int) -> Any:
+    def cuMemFree(self, _address: int, /) -> Any:
         """Do nothing."""
         return (Code(0),)
 
-    def cuMemcpyHtoD(self, _target: int, _source: int, _n: int) -> Any:
+    def cuMemcpyHtoD(self, _target: int, _source: int, _n: int, /) -> Any:
         """Copy nothing."""
         return (Code(0),)
 
-    def cuMemcpyDtoDAsync(self, _target: int, _source: int, _n: int, _stream: Any) -> Any:
+    def cuMemcpyDtoDAsync(self, _target: int, _source: int, _n: int, _stream: Any, /) -> Any:
         """Copy nothing."""
         return (Code(0),)
 
-    def cuMemcpyDtoH(self, target: int, _source: int, n: int) -> Any:
+    def cuMemcpyDtoH(self, target: int, _source: int, n: int, /) -> Any:
         """Return the bytes that the earlier run read here.
 
         Raises:
@@ -192,13 +195,13 @@ class Replay(Driver):
         ctypes.memmove(target, expected, n)
         return (Code(0),)
 
-    def cuLaunchKernel(self, _handle: Any, *rest: Any) -> Any:
+    def cuLaunchKernel(self, _handle: Any, /, *rest: Any) -> Any:
         """Run nothing; keep what is recorded."""
         if self._recording is not None and rest[7] == STREAM:
             self._recording.append(rest)
         return (Code(0),)
 
-    def cuGraphLaunch(self, _graph: int, _stream: Any) -> Any:
+    def cuGraphLaunch(self, _graph: int, _stream: Any, /) -> Any:
         """Run nothing."""
         return (Code(0),)
 

@@ -15,6 +15,7 @@ from izo_ref.base.errors import DeviceMemoryError
 from izo_ref.detection.serial.tree import Tree
 from validation.stand_in import ILLEGAL_ADDRESS, Code, Driver
 
+
 @pytest.fixture
 def driver(monkeypatch):
     own = Driver()

@@ -13,7 +13,7 @@ from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.program import Program
 from validation.stand_in import Checked, Driver, Replay, driving
 from validation.study.gpu_counts import Counter, Counts, counting, typical
-from validation.study.gpu_launches import recorded, replayed
+from validation.study.gpu_launches import differences, recorded, replayed
 from validation.study.gpu_limits import ARGUMENT_BYTES, LIMITS, exceeded
 
 TRIANGLES = 60
@@ -33,8 +33,15 @@ def test_no_iteration_exceeds_a_limit(simulated):
 
 def test_the_host_code_of_a_gpu_asks_for_what_the_simulator_asks_for(simulated):
     found = replayed(TRIANGLES, simulated.reads)
-    assert found.counts == simulated.counts
+    assert differences(simulated.counts, found.counts) == []
     assert found.host_ms > 0.0
+
+
+def test_counts_that_differ_are_named(simulated):
+    first = simulated.counts[0]
+    other = [first._replace(reads=first.reads + 1), *simulated.counts[1:]]
+    (said,) = differences(simulated.counts, other)
+    assert said == f"iteration 0: reads: expected {first.reads} as in the simulator, got 1"
 
 
 def test_reads_that_differ_from_those_of_the_simulator_are_noticed(simulated):

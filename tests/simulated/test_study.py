@@ -1,34 +1,38 @@
 """The study of the GPU writes its rows and its page, on a tiny scene."""
 
 import subprocess
+from dataclasses import replace
 
 import pytest
 
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
-from tests.helpers.shapes import random_problem, vertex_over_face
+from tests.helpers.shapes import random_problem, two_sheets, vertex_over_face
 from validation.__main__ import _parser
 from validation.report.cuda import page
 from validation.rows import read
-from validation.study import cuda, zone_blocks
-from validation.study.parts import run_parts
+from validation.study import cuda, gpu_check, gpu_parts, gpu_zones, zone_blocks
+
+# In compiled code, x / 0 is inf without a warning; in the simulator numpy warns.
+pytestmark = pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
 
 
 @pytest.fixture
 def one_step(monkeypatch):
     """Make the study measure one tiny step and two tiny zones, once each."""
-    monkeypatch.setattr(cuda.steps, "step_names", lambda: ["falls"])
-    monkeypatch.setattr(cuda.steps, "load_step", lambda name: vertex_over_face())
-    monkeypatch.setattr(cuda, "REPEATS", 1)
-    monkeypatch.setattr(cuda, "SHEETS", ())
-    monkeypatch.setattr(cuda, "ZONES", (3,))
-    monkeypatch.setattr(cuda, "stack_zone", lambda rng, *_: random_problem(rng, 5))
+    monkeypatch.setattr(gpu_parts.steps, "step_names", lambda: ["falls"])
+    monkeypatch.setattr(gpu_parts.steps, "load_step", lambda name: vertex_over_face())
+    monkeypatch.setattr(gpu_parts, "SHEETS", ())
+    monkeypatch.setattr(gpu_zones, "ZONES", (3,))
+    monkeypatch.setattr(gpu_zones, "stack_zone", lambda rng, *_: random_problem(rng, 5))
     monkeypatch.setattr(lagrangian, "LARGE", 4)
     monkeypatch.setattr(cuda, "COPIED", 1 << 10)
     monkeypatch.setattr(lagrangian, "MANY", 2)
+    for module in (cuda, gpu_zones):
+        monkeypatch.setattr(module, "REPEATS", 1)
 
 
 def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
-    run_parts(cuda.PARTS, tmp_path / "rows", "detection", print)
+    assert cuda.run_part("detection", tmp_path / "rows", print) is None
     (row,) = read(tmp_path / "rows", "detection")
     assert (row["step"], row["triangles"], row["impacts"]) == ("falls", 2, 1)
     assert (row["only_gpu"], row["only_cpu"]) == (0, 0)
@@ -36,12 +40,12 @@ def test_detection_is_compared_with_the_cpu(tmp_path, one_step):
     assert row["gpu"] == "simulator"
     text = page(tmp_path / "rows", tmp_path).read_text()
     assert "| falls |" in text
-    assert text.count("Not measured yet.") == 6
+    assert text.count("Not measured yet.") == 8
 
 
 def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     for part in ("steps", "zones"):
-        run_parts(cuda.PARTS, tmp_path / "rows", part, print)
+        assert cuda.run_part(part, tmp_path / "rows", print) is None
     (row,) = read(tmp_path / "rows", "steps")
     assert (row["step"], row["status"], row["cpu_status"]) == ("falls", "FREE", "FREE")
     assert (row["objective"], row["apart_m"], row["same_again"]) == (1.0, 0.0, True)
@@ -54,6 +58,63 @@ def test_whole_steps_and_zones_are_compared_with_the_cpu(tmp_path, one_step):
     assert "| 3 | simulator |" in text
 
 
+@pytest.fixture
+def few_cases(rng, monkeypatch):
+    """Make the check compare a few tiny cases, one of each kind."""
+    monkeypatch.setattr(gpu_check, "LENGTHS", (5, 33))
+    monkeypatch.setattr(gpu_check, "ZONES", (2,))
+    monkeypatch.setattr(gpu_check.stored, "names", lambda kind: ["falls"])
+    monkeypatch.setattr(gpu_check.stored, "load_step", lambda name: vertex_over_face())
+    monkeypatch.setattr(gpu_check, "stack_zone", lambda rng, *_: random_problem(rng, 3))
+    sheets = two_sheets(rng, 2)
+    monkeypatch.setattr(gpu_check, "meeting_sheets", lambda rng, n: sheets)
+    few = ({"selection": "all"}, {"method": "cg", "max_steps": 400})
+    monkeypatch.setattr(gpu_check, "all_options", lambda: iter(few))
+    monkeypatch.setattr(lagrangian, "FEW", 2)
+    monkeypatch.setattr(lagrangian, "MANY", 2)
+
+
+def test_the_check_names_each_case_that_agrees(tmp_path, few_cases):
+    assert cuda.run_part("check", tmp_path / "rows", print) is None
+    names = [row["case"] for row in read(tmp_path / "rows", "check")]
+    assert names == [case.name for case in gpu_check.cases()]
+    assert len(names) == 9
+    assert "| step falls | simulator |" in page(tmp_path / "rows", tmp_path).read_text()
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong", "says"),
+    [
+        ("find_impacts", lambda own: own.take(own.toi > 2.0), "detection of falls"),
+        ("resolve", lambda own: replace(own, positions=own.positions + 1.0), "step falls"),
+        ("solve_zone", lambda own: own._replace(positions=own.positions + 1.0), "zone of 2"),
+    ],
+)
+def test_the_first_difference_ends_the_check(tmp_path, monkeypatch, few_cases, name, wrong, says):
+    compute = getattr(gpu_check, name)
+
+    def broken(scene, *more, **named):
+        found = compute(scene, *more, **named)
+        return wrong(found) if "cuda" in (*more, named.get("device")) else found
+
+    monkeypatch.setattr(gpu_check, name, broken)
+    said = cuda.run_part("check", tmp_path / "rows", print)
+    assert said is not None
+    assert said.startswith(says)
+    assert not any(row["case"].startswith(says) for row in read(tmp_path / "rows", "check"))
+
+
+@pytest.mark.parametrize("part", ["check", "detection", "steps", "blocks", "zones"])
+def test_a_part_without_time_says_what_it_left_out(tmp_path, one_step, monkeypatch, part):
+    monkeypatch.setitem(cuda.PARTS, part, cuda.PARTS[part]._replace(budget_s=1e-9))
+    assert cuda.run_part(part, tmp_path / "rows", print) is None
+    (row,) = read(tmp_path / "rows", "cut")
+    assert row["part"] == part
+    assert row["first_left_out"]
+    assert read(tmp_path / "rows", part) == []
+    assert f"| {part} | {row['first_left_out']} |" in page(tmp_path / "rows", tmp_path).read_text()
+
+
 def test_zones_of_blocks_are_measured(tmp_path, monkeypatch):
     for name, value in {
         "RANDOM": (3,),
@@ -64,7 +125,7 @@ def test_zones_of_blocks_are_measured(tmp_path, monkeypatch):
         "REPEATS": 1,
     }.items():
         monkeypatch.setattr(zone_blocks, name, value)
-    run_parts(cuda.PARTS, tmp_path / "rows", "blocks", print)
+    cuda.run_part("blocks", tmp_path / "rows", print)
     rows = read(tmp_path / "rows", "blocks")
     assert [(row["zone"], row["shared_kib"]) for row in rows] == [
         ("random", 4),
@@ -77,16 +138,6 @@ def test_zones_of_blocks_are_measured(tmp_path, monkeypatch):
         assert row["all_same"]
         assert max(row["gap"], row["violation"]) <= 1e-9
     assert "| random | 3 |" in page(tmp_path / "rows", tmp_path).read_text()
-
-
-def test_launches_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(cuda, "COUNTED", (8,))
-    monkeypatch.setattr("validation.simulator.prepare", lambda: None)  # conftest.py has called it
-    run_parts(cuda.PARTS, tmp_path / "rows", "launches", print)
-    (row,) = read(tmp_path / "rows", "launches")
-    assert row["gpu"] == "simulator"
-    assert row["launches"] > 50 * row["iterations"] > 0
-    assert row["arrays"] > row["launches"]
 
 
 def test_each_part_can_be_chosen():
@@ -105,14 +156,14 @@ def test_the_verdict_of_the_memory_checks_is_recorded(tmp_path, monkeypatch, ver
             raise subprocess.TimeoutExpired(command, kwargs["timeout"])
         return subprocess.CompletedProcess(command, verdict, "", "===== ERROR SUMMARY: so many\n")
 
-    monkeypatch.setattr(cuda.shutil, "which", lambda name: "/sanitizer")
-    monkeypatch.setattr(cuda.subprocess, "run", said)
-    run_parts(cuda.PARTS, tmp_path / "rows", "memory", print)
+    monkeypatch.setattr(gpu_zones.shutil, "which", lambda name: "/sanitizer")
+    monkeypatch.setattr(gpu_zones.subprocess, "run", said)
+    cuda.run_part("memory", tmp_path / "rows", print)
     rows = read(tmp_path / "rows", "memory")
     assert [row["tool"] for row in rows] == ["memcheck", "racecheck"]
     assert {row["passed"] for row in rows} == {verdict == 0}
     assert rows[0]["said"] == (
-        "not done after 120 s" if verdict is None else "ERROR SUMMARY: so many"
+        "not done after 22 s" if verdict is None else "ERROR SUMMARY: so many"
     )
 
 
@@ -121,5 +172,5 @@ def test_pairs_found_by_one_side_alone_are_counted():
 
     found = izo_ref.find_impacts(vertex_over_face())
     other = found._replace(nodes=found.nodes[:, [1, 0, 2, 3]])
-    said = cuda._differences(other, found)
+    said = gpu_check.impact_differences(other, found)
     assert (said["only_gpu"], said["only_cpu"]) == (1, 1)

@@ -3,21 +3,17 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from validation.ptx import FRAMES
 from validation.report.catalogue import Headline
+from validation.report.cuda_bounds import bounds_section, counts_section, kernels_section
 from validation.report.tables import NOT_MEASURED, run_table, table, write_page
 from validation.rows import Columns, Row, read, runs_of
+from validation.study.gpu_counts import Counts
+from validation.study.gpu_launches import counted_typical
 
-PARTS = ("kernels", "detection", "blocks", "zones", "steps", "launches", "memory")
-KERNELS: Columns = {
-    "kernel": "kernel",
-    "types": "types",
-    "compute capability": "capability",
-    "registers": "registers",
-    "fixed shared [B]": "shared_bytes",
-    "stack [B]": "stack_bytes",
-    "spilled [B]": "spilled_bytes",
-}
+PARTS = (
+    *("kernels", "counts", "counts_before", "sizes", "zone_sizes"),
+    *("check", "cut", "detection", "blocks", "zones", "steps", "memory"),
+)
 DETECTION: Columns = {
     "step": "step",
     "GPU": "gpu",
@@ -31,6 +27,7 @@ DETECTION: Columns = {
     "lower bound [ms]": "floor_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
+    "SCCD, published [ms]": lambda row: SCCD_MS.get(row["step"]),
 }
 BLOCKS: Columns = {
     "zone": "zone",
@@ -78,13 +75,15 @@ STEPS: Columns = {
     "whole [ms]": "gpu_ms",
     "CPU [ms]": "cpu_ms",
     "CPU / GPU": "ratio",
+    "I-Cloth, published [ms]": lambda row: (
+        ICLOTH_MS if row["triangles"] in ICLOTH_TRIANGLES else None
+    ),
 }
-LAUNCHES: Columns = {
-    "triangles": "triangles",
-    "GPU": "gpu",
-    "iterations": "iterations",
-    "launches": "launches",
-    "arrays": "arrays",
+CHECK: Columns = {"case": "case", "GPU": "gpu", "time [s]": "seconds"}
+CUT: Columns = {
+    "part": "part",
+    "first case that was left out": "first_left_out",
+    "after [s]": "spent_s",
 }
 MEMORY: Columns = {"tool": "tool", "GPU": "gpu", "passed": "passed", "it says": "said"}
 INTRO = (
@@ -108,11 +107,27 @@ ICLOTH = (
     "the collision handling of a step with 90 to 215 thousand triangles, and 2.86 ms for the zones "
     "of a frame."
 )
-LAUNCHES_INTRO = (
-    "The steps are sheets that meet. With more triangles, trees have more levels and sorts have "
-    "more passes. The simulator counts launches too: run `--only launches` with "
-    "`NUMBA_ENABLE_CUDASIM=1 NUMBA_DISABLE_JIT=1`."
+CHECK_INTRO = (
+    "Arrays, programs, detections, certificates, whole steps with every selection, plan, method "
+    "and preset, and zones are compared with numpy and with the CPU. The study ends at the first "
+    "difference, so all cases in this table agree."
 )
+CUT_INTRO = "These parts used up their time. What they left out was not measured."
+# zulianp/sccd, README of its repository (November 2026): median time of a case, which has the
+# vertex-face or the edge-edge pairs of one frame, for two cases
+SCCD_MS = {
+    "armadillo-rollers": 2 * 6.7,
+    "cloth-ball-clean": 2 * 18.5,
+    "cloth-funnel-clean": 2 * 4.6,
+}
+SCCD = (
+    "SCCD's published figures are for the public scene of the same name on a GH200: twice the "
+    "median of a case, because a frame has two cases. It looks at every pair; the steps here are "
+    "single frames of these scenes, from which intersecting faces were removed."
+)
+# triangles of the steps of I-Cloth's figures
+ICLOTH_TRIANGLES = range(90_000, 215_001)
+ICLOTH_MS = "66 to 654"
 
 
 def page(rows_folder: Path, output: Path) -> Path:
@@ -126,13 +141,19 @@ def page(rows_folder: Path, output: Path) -> Path:
         Path of the page.
     """
     rows = {name: read(rows_folder, name) for name in PARTS}
+    now, before = (counted_typical(rows_folder, name) for name in ("counts", "counts_before"))
     made = runs_of(rows_folder, (row for part in rows.values() for row in part))
     sections = (
         "# On a GPU",
         INTRO,
         run_table(made),
+        "## Small cases: whether a GPU finds what the CPU finds",
+        CHECK_INTRO,
+        _measured(CHECK, rows["check"]),
+        *(["## What was cut off", CUT_INTRO, table(CUT, rows["cut"])] if rows["cut"] else []),
         "## Detection: whether a GPU finds the same impacts, and how long it takes",
         LOWER_BOUND,
+        SCCD,
         _measured(DETECTION, rows["detection"]),
         "## Zones of the loop: one block a zone, by block pivoting",
         BLOCKS_INTRO,
@@ -144,14 +165,11 @@ def page(rows_folder: Path, output: Path) -> Path:
         "## Whole steps",
         ICLOTH,
         _measured(STEPS, rows["steps"]),
-        "## Launches of kernels and new arrays in whole steps",
-        LAUNCHES_INTRO,
-        _measured(LAUNCHES, rows["launches"]),
         "## Memory: `compute-sanitizer` on a small step",
         _measured(MEMORY, rows["memory"]),
-        "## Kernels",
-        _measured(KERNELS, rows["kernels"]),
-        *(f"`{kernel}` has a stack frame: {reason}." for kernel, reason in FRAMES.items()),
+        *counts_section(before, now),
+        *bounds_section(rows["sizes"], rows["zone_sizes"], now),
+        *kernels_section(rows["kernels"]),
     )
     return write_page(output / "README.md", sections)
 
@@ -184,7 +202,7 @@ def headlines(rows_folder: Path) -> list[Headline]:
             )
         )
     else:
-        found += _launches(read(rows_folder, "launches"))
+        found += _launches(counted_typical(rows_folder))
     return found
 
 
@@ -202,15 +220,14 @@ def _detection(rows: list[Row]) -> Iterable[Headline]:
         )
 
 
-def _launches(rows: list[Row]) -> Iterable[Headline]:
+def _launches(counts: Counts | None) -> Iterable[Headline]:
     """Yield the headline of a study that has not measured whole steps on a GPU yet."""
-    if rows:
-        last = rows[-1]
+    if counts is not None:
         yield Headline(
-            "Launches of kernels in a step",
-            f"{last['launches']:,}",
-            f"{last['triangles']:,} triangles and {last['iterations']} iterations, counted on: "
-            f"{last['gpu']}. Whole steps on a GPU are not measured yet.",
+            "Launches of an iteration on a GPU",
+            f"{counts.launches + counts.programs:,}",
+            f"With {counts.kernels} kernels, {counts.arrays} new arrays and {counts.reads} reads "
+            "of the host, counted without a GPU. Whole steps on a GPU are not measured yet.",
         )
 
 

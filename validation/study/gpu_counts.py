@@ -8,6 +8,7 @@ The counts hook into the places that every kernel, array and copy passes: `start
 import ctypes
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from itertools import pairwise
 from typing import Any, NamedTuple
 from unittest.mock import patch
 
@@ -196,7 +197,7 @@ def iteration_counts(
         step = GpuStep(own, choose_thickness(scene, None, options), options)
         moments.append(counter.counts)
         Loop(step, options.max_iterations, counted).run(0)
-    return [new.since(old) for old, new in zip(moments, moments[1:], strict=False)]
+    return [new.since(old) for old, new in pairwise(moments)]
 
 
 def typical(iterations: list[Counts]) -> Counts:

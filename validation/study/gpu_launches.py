@@ -17,11 +17,16 @@ from typing import NamedTuple
 import numpy as np
 
 from izo_ref import Options
+from izo_ref.scene import Scene
 from validation.provenance import ROOT
+from validation.rows import Rows, read
 from validation.scenes.sheets import meeting_sheets
-from validation.study.gpu_counts import Counter, Counts, iteration_counts
+from validation.study.gpu_counts import Counter, Counts, iteration_counts, typical
+from validation.study.gpu_parts import Clock
+from validation.study.parts import Say
 
 SEED = 20261128
+COUNTED = (60, 200)  # triangles of the sheets whose iterations are counted
 SIMULATED_S = 240.0  # a simulator that does not end is stopped
 
 
@@ -36,7 +41,12 @@ class Replayed(NamedTuple):
     """What the host code of a GPU did over a driver that runs nothing."""
 
     counts: list[Counts]
-    host_ms: float  # Python's time of an iteration after the first one, median
+    host_ms: float  # Python's time of an iteration after the first one, the least
+
+
+def sheets(n_triangles: int) -> Scene:
+    """Return sheets that meet."""
+    return meeting_sheets(np.random.default_rng([SEED, n_triangles]), n_triangles)
 
 
 def record(n_triangles: int, path: Path) -> None:
@@ -46,8 +56,7 @@ def record(n_triangles: int, path: Path) -> None:
         n_triangles: Triangles of the sheets.
         path: A new numpy archive.
     """
-    counter = Counter(keeps_reads=True)
-    scene = meeting_sheets(np.random.default_rng([SEED, n_triangles]), n_triangles)
+    counter, scene = Counter(keeps_reads=True), sheets(n_triangles)
     counts = iteration_counts(scene, Options(), counter)
     sizes = [len(part) for part in counter.read]
     read = np.frombuffer(b"".join(counter.read), np.uint8)
@@ -78,15 +87,61 @@ def replayed(n_triangles: int, reads: list[bytes]) -> Replayed:
     """
     from validation.stand_in import Replay, driving
 
-    scene = meeting_sheets(np.random.default_rng([SEED, n_triangles]), n_triangles)
-    driver, counter, moments = Replay(reads), Counter(), list[float]()
+    scene, driver, counter, moments = sheets(n_triangles), Replay(reads), Counter(), list[float]()
     with driving(driver):
         counts = iteration_counts(
             scene, Options(), counter, lambda _: moments.append(time.perf_counter())
         )
     if driver.reads:
         raise ValueError(f"read: {len(driver.reads)} copies less than in the simulator")
-    return Replayed(counts, 1e3 * float(np.median(np.diff(moments))))
+    return Replayed(counts, 1e3 * float(np.diff(moments).min()))
+
+
+def differences(simulated: list[Counts], found: list[Counts]) -> list[str]:
+    """Return what differs between two runs of a step.
+
+    When Python frees arrays that refer to each other depends on its collector, so the pool may have
+    a block in one run and not in the other.
+    """
+    return [
+        f"iteration {i}: {name}: expected {old} as in the simulator, got {new}"
+        for i, pair in enumerate(zip(simulated, found, strict=True))
+        for name, old, new in zip(Counts._fields, *pair, strict=True)
+        if old != new and name != "allocations"
+    ]
+
+
+def launches(folder: Path, say: Say, _clock: Clock) -> None:
+    """Count what each iteration asks of a GPU, and measure the time of Python."""
+    rows = Rows(folder, "counts", ("triangles", "iteration"))
+    for n in COUNTED:
+        if rows.has(triangles=n, iteration=0):
+            continue
+        simulated = recorded(n)
+        found = replayed(n, simulated.reads)
+        said = differences(simulated.counts, found.counts)
+        if said:
+            raise ValueError(f"launches: {n} triangles: {said[0]}")
+        for i, counts in enumerate(found.counts):
+            rows.add(
+                triangles=n,
+                iteration=i,
+                **counts._asdict(),
+                host_ms=found.host_ms,
+            )
+        say(f"launches: {n} triangles: {typical(found.counts).launches} launches an iteration")
+
+
+def counted_typical(folder: Path, study: str = "counts") -> Counts | None:
+    """Return the largest counts of an iteration in the rows of `launches`; None without rows."""
+    rows = read(folder, study)
+    if not rows:
+        return None
+    steps: dict[int, list[Counts]] = {}
+    for row in sorted(rows, key=lambda row: row["iteration"]):
+        own = Counts(*(row[name] for name in Counts._fields))
+        steps.setdefault(row["triangles"], []).append(own)
+    return Counts(*map(max, zip(*map(typical, steps.values()), strict=True)))
 
 
 if __name__ == "__main__":

@@ -24,7 +24,7 @@ LIMITS: dict[str, Limit] = {
     "prepared": Limit(0, 0, "launches are prepared when a buffer is made or has grown"),
     "recorded": Limit(0, 0, "programs are made when a buffer is made or has grown"),
     "arrays": Limit(210, 0, "a new array takes 3 us of Python"),
-    "allocations": Limit(10, 0, "the driver stops all launches to allocate"),
+    "allocations": Limit(20, 0, "the driver stops all launches to allocate"),
     "reads": Limit(35, 1, "the host waits 21 us for each read on an H200"),
     "read_bytes": Limit(300, 512, "64 counts of 8 bytes"),
     "sends": Limit(1, 0, "the topology is on the GPU; positions are sent once a step"),

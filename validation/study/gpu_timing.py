@@ -1,9 +1,6 @@
-"""Time work on a GPU by its own events, and count launches and arrays."""
+"""Time work on a GPU by its own events."""
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import Any
-from unittest.mock import patch
+from collections.abc import Callable
 
 import numpy as np
 
@@ -41,30 +38,3 @@ def copied_bytes_per_ms(n_bytes: int, repeats: int) -> float:
     values = full(n_bytes // 8, 0.0, np.float64)
     target = copy(values)
     return 2 * n_bytes / event_ms(lambda: target.copy_to_device(values), repeats)
-
-
-@contextmanager
-def counted_launches() -> Iterator[dict[str, int]]:
-    """Count the launches of kernels and the arrays made on the GPU inside the block.
-
-    Yields:
-        `{"launches": ..., "arrays": ...}`, complete at the end of the block.
-    """
-    from izo_ref.base.cuda import memory
-    from izo_ref.base.cuda.compile import Kernel
-
-    counts, in_blocks, make = {"launches": 0, "arrays": 0}, Kernel.in_blocks, memory.new_array
-
-    def counting_blocks(kernel: Kernel, n_blocks: int, *sizes: Any) -> Any:
-        counts["launches"] += n_blocks > 0
-        return in_blocks(kernel, n_blocks, *sizes)
-
-    def counting_arrays(*arguments: Any, **named: Any) -> Any:
-        counts["arrays"] += 1
-        return make(*arguments, **named)
-
-    with (
-        patch.object(Kernel, "in_blocks", counting_blocks),
-        patch.object(memory, "new_array", counting_arrays),
-    ):
-        yield counts

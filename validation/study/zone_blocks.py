@@ -16,6 +16,7 @@ from izo_ref.zones.system import ZoneSystem, problem_system
 from validation.rows import Rows
 from validation.scenes.piles import stack_zone
 from validation.scenes.zones import random_zone
+from validation.study.gpu_parts import Clock
 from validation.study.gpu_timing import event_ms
 from validation.study.parts import Say
 from validation.study.timing import measure
@@ -29,18 +30,20 @@ COPIES = 100  # of a zone, which are solved at the same time
 REPEATS, CPU_BUDGET_S = 5, 2.0
 
 
-def measure_blocks(folder: Path, gpu: str, say: Say) -> None:
+def measure_blocks(folder: Path, gpu: str, say: Say, clock: Clock) -> None:
     """Solve zones by one block each: one zone alone, and many at the same time.
 
     Args:
         folder: Folder of the rows.
         gpu: Name of the GPU.
         say: Takes lines of progress.
+        clock: Cuts the zones off when the time is used up.
     """
     from izo_ref.solvers import gpu_pivoting
 
     rows = Rows(folder, "blocks", ("zone", "impacts", "threads", "shared_kib"))
-    for name, problem in _zones():
+    cases = clock.cases(_zones(), lambda zone: f"{zone[0]} {len(zone[1].nodes)}", say)
+    for name, problem in cases:
         for threads in THREADS:
             for shared_kib in SHARED_KIB:
                 sizes = {"threads": threads, "shared_kib": shared_kib}
