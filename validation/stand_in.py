@@ -118,6 +118,10 @@ class Driver:
         self.asked.append(value)
         return (Code(0),)
 
+    def cuStreamSynchronize(self, _stream: Any, /) -> Any:
+        """Wait for nothing."""
+        return (Code(0),)
+
     def cuStreamCreate(self, _flags: int, /) -> Any:
         """Make a stream."""
         return Code(0), STREAM

@@ -131,7 +131,10 @@ class Detector:
 
     def _make_room_for_contacts(self, n: int) -> None:
         """Make the arrays of n contacts and their impacts."""
-        self._contacts = ContactList(
+        sort_space = SortSpace._make(empty(n, np.int64) for _ in range(4))
+        impacts = empty_impacts(n)
+        # kernels ask this list how much room there is, so it comes when everything has room
+        new_list = ContactList(
             empty(n, np.int64),
             empty((n, 4), np.int32),
             empty(n, np.float64),
@@ -139,8 +142,7 @@ class Detector:
             empty((n, 4), np.float64),
             empty((n, 3), np.float64),
         )
-        self._sort_space = SortSpace._make(empty(n, np.int64) for _ in range(4))
-        self.impacts = empty_impacts(n)
+        self._contacts, self._sort_space, self.impacts = new_list, sort_space, impacts
 
     def launches(self, positions_t1: GpuArray, to_solve: bool) -> list[Callable[..., None]]:
         """Return the launches of a detection, for a `Program`.

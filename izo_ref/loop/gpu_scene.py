@@ -14,7 +14,8 @@ import numpy as np
 
 from izo_ref.base import checks
 from izo_ref.base.arrays import GpuArray, Positions
-from izo_ref.base.deadline import Deadline, OutOfTimeError
+from izo_ref.base.cuda.memory import synchronize
+from izo_ref.base.deadline import UNLIMITED, Deadline, OutOfTimeError
 from izo_ref.base.devices import detach, is_on_gpu, require_gpu
 from izo_ref.base.errors import OptionError, ShapeError, UncertifiedStartError
 from izo_ref.base.gpu_arrays import empty, full, to_cpu, to_gpu
@@ -57,40 +58,45 @@ class ResidentScene(GpuScene):
         checks.scene(scene)
         self._options = checks.options(options)
         require_gpu()
-        twin, units = scene_in_range(scene)
+        _require_plain(scene)
         if thickness is not None:
-            thickness = thickness_in_range(checks.thickness(thickness), twin, units)
-        _require_plain(scene, twin)
+            own = checks.thickness(thickness), *scene_in_range(scene)
+            thickness = thickness_in_range(*own)
         self.thickness = choose_thickness(scene, thickness, self._options)
-        self._can_go_on = True
-        self._make(scene)
+        self._stopped = ""  # why no step can follow
+        self._make(scene, UNLIMITED)
 
-    def _make(self, scene: Scene) -> None:
+    def _make(self, scene: Scene, deadline: Deadline) -> None:
         """Make the step and its buffers for a scene."""
+        self.__dict__.pop("_step", None)  # its memory goes back to the pool first
         order = geometric_order(scene)
-        self._scene, self._order, self._n_steps = scene, to_gpu(order), 0
-        self._step = GpuStep(renumber_scene(scene, order), self.thickness, self._options)
+        own = renumber_scene(scene, order), self.thickness, self._options, deadline
         origin, scale = box_frame(scene.positions_t0, scene.edges)
+        self._scene, self._order, self._n_steps = scene, to_gpu(order), 0
         self._centre, self._radius = to_gpu(origin), FAR / scale
+        self._step = GpuStep(*own)
 
     def resolve(self, positions_t1: Any) -> GpuResult:
         """Resolve the next step; `GpuScene.resolve` has the contract."""
-        if not self._can_go_on:
+        if self._stopped:
             raise UncertifiedStartError(
-                "the last step of this GpuScene was blocked, so its end is no free start; make a "
-                "new GpuScene from a Scene, which checks its start in full"
+                f"{self._stopped}; make a new GpuScene from a Scene, which checks its start in full"
             )
-        positions_t1 = detach(positions_t1)
-        start = self._step.positions if self._n_steps else None
         deadline = Deadline(self._options.max_seconds)
-        if self._take(positions_t1) or self._n_steps >= KEPT_STEPS:
-            self._make(self._on_cpu(start, positions_t1))
+        start = self._step.positions if self._n_steps else None
+        is_far = self._take(detach(positions_t1))
+        scene = self._on_cpu(start) if is_far or self._n_steps >= KEPT_STEPS else None
+        # what stops in the middle leaves no free start
+        self._stopped = "the last step of this GpuScene ended with an error"
+        if scene is not None:
+            self._make(scene, deadline)
         elif start is not None:
             self._step.go_on(deadline)
         else:
             self._step.begin_again(deadline)
         self._n_steps += 1
-        return self._resolved(deadline)
+        result, self._stopped = self._resolved(deadline)
+        return result
 
     def _take(self, positions_t1: Any) -> bool:
         """Copy proposed positions; return whether some are far outside, or are no numbers."""
@@ -109,18 +115,15 @@ class ResidentScene(GpuScene):
         kernels.take_proposed[n](*own, self._step.proposed, outside)
         return bool(to_cpu(outside)[0])
 
-    def _on_cpu(self, start: GpuArray | None, positions_t1: Any) -> Scene:
+    def _on_cpu(self, start: GpuArray | None) -> Scene:
         """Return the step as a scene on the CPU; its start is not checked again."""
         scene = copy.copy(self._scene)
         if start is not None:
             scene.positions_t0 = self._in_order_of_caller(to_cpu(start))
-        if is_on_gpu(positions_t1):
-            positions_t1 = to_cpu(own_array(positions_t1))
-        n = len(scene.pinned)
-        scene.positions_t1 = checks.floats("positions_t1", positions_t1, (n, 3))
+        proposed = self._in_order_of_caller(to_cpu(self._step.proposed))
+        scene.positions_t1 = checks.floats("positions_t1", proposed, proposed.shape)
         scene.on_gpu = {}
-        twin, _ = scene_in_range(scene)
-        _require_plain(scene, twin)
+        _require_plain(scene)
         return scene
 
     def _in_order_of_caller(self, positions: Positions) -> Positions:
@@ -129,25 +132,32 @@ class ResidentScene(GpuScene):
         result[to_cpu(self._order)] = positions
         return result
 
-    def _resolved(self, deadline: Deadline) -> GpuResult:
-        """Run the loop; if it finds no free path, let `resolve` do the step."""
+    def _resolved(self, deadline: Deadline) -> tuple[GpuResult, str]:
+        """Run the loop; if it finds no free path, let `resolve` do the step.
+
+        Returns:
+            How the step ended, and why no step can follow; empty if one can.
+        """
         step, options = self._step, self._options
         loop = Loop(step, options.max_iterations, None, TimePlan(deadline))
         loop.times.begin_first_detection()
         try:
-            free = loop.run(0) and not step.has_failed
+            # impacts between pinned points are no failure of the loop, but no free path either
+            free = loop.run(0) and step.n_blocked == 0 and not step.has_failed
+            if free and step.n_active:
+                relinearize(loop, options)
         except OutOfTimeError:
             free = False
-        if free and step.n_active:
-            relinearize(loop, options)
-        loop.times.end()
-        return self._ended(loop) if free else self._ended_by_resolve()
+        finally:
+            loop.times.end()
+        return (self._ended(loop), "") if free else self._ended_by_resolve()
 
     def _ended(self, loop: Loop) -> GpuResult:
         """Return how a free step ended."""
         step, n = self._step, len(self._scene.pinned)
         positions = empty((n, 3), np.float64)
         kernels.put_rows[n](self._order, step.positions, positions)
+        synchronize()  # other libraries may read the positions on streams of their own
         return GpuResult(
             positions=shared_array(positions),
             status=Status.FREE,
@@ -158,8 +168,8 @@ class ResidentScene(GpuScene):
             full=None,
         )
 
-    def _ended_by_resolve(self) -> GpuResult:
-        """Resolve the step with the fail-safe, and go on from its end."""
+    def _ended_by_resolve(self) -> tuple[GpuResult, str]:
+        """Resolve the step with the fail-safe, and go on from its end; return as `_resolved`."""
         own = self._step.current_scene()
         scene = copy.copy(self._scene)
         scene.positions_t0, scene.positions_t1 = (
@@ -168,10 +178,14 @@ class ResidentScene(GpuScene):
         )
         scene.on_gpu = {}
         result = resolve(scene, self.thickness, "cuda", self._options)
-        self._can_go_on = result.certificate.free
-        if self._can_go_on:
-            self._make(scene.after(result, result.positions))
-        return GpuResult(
+        stopped = "the last step of this GpuScene was blocked, so its end is no free start"
+        if result.certificate.free:
+            following = scene.after(result, result.positions)
+            reason = _why_not_plain(following)
+            stopped = f"the next step of this GpuScene begins with {reason}" if reason else ""
+            if not stopped:
+                self._make(following, UNLIMITED)
+        ended = GpuResult(
             positions=result.positions_on_gpu,
             status=result.status,
             objective=result.objective,
@@ -180,19 +194,25 @@ class ResidentScene(GpuScene):
             left_to_cpu=result.left_to_cpu,
             full=result,
         )
+        return ended, stopped
 
 
-def _require_plain(scene: Scene, twin: Scene) -> None:
-    """Raise an error if a scene is not of the kind that stays on a GPU."""
+def _why_not_plain(scene: Scene) -> str:
+    """Return what a scene has that a scene on a GPU cannot have; empty if it has nothing of it."""
     reasons = {
         "pairs that are left out": scene.excluded is not None,
         "pairs that touch at the start": scene.touching is not None,
         "welded vertices": scene.copies is not None,
-        "an extraordinary size or masses": twin is not scene,
+        "an extraordinary size or masses": scene_in_range(scene)[0] is not scene,
     }
-    found = [reason for reason, holds in reasons.items() if holds]
-    if found:
+    return next((reason for reason, holds in reasons.items() if holds), "")
+
+
+def _require_plain(scene: Scene) -> None:
+    """Raise an error if a scene is not of the kind that stays on a GPU."""
+    reason = _why_not_plain(scene)
+    if reason:
         raise OptionError(
-            f"scene: a GpuScene takes none with {found[0]}; resolve it step by step: "
+            f"scene: a GpuScene takes none with {reason}; resolve it step by step: "
             'resolve(scene, device="cuda"), then scene.after(result, positions_t1)'
         )

@@ -8,6 +8,8 @@ makes the list longer and runs again what did not fit.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from izo_ref.base.arrays import GpuArray, Indices
@@ -34,6 +36,15 @@ from izo_ref.zones.serial.listed_zones import listed_zones
 IMPACTS_PER_VERTEX, LEAST_IMPACTS = 0.25, 1024
 
 N_COUNTS = 16  # of each stage: detection, selection and grouping, zones
+
+
+class Programs(NamedTuple):
+    """The programs of a step."""
+
+    detection: Program
+    iteration: Program  # select, solve and detect
+    solution: Program  # solve and detect
+    measuring: Program  # of the objective and the active impacts
 
 
 class Stages:
@@ -120,9 +131,12 @@ class Stages:
         return StepState(self.positions, self.impacts.multipliers, self.impacts.active)
 
     def _prepare(self) -> None:
-        """Make the stages for the present buffers, and their programs."""
+        """Make the stages for the present buffers, and their programs.
+
+        If memory runs out on the way, there are no programs, rather than some with old buffers.
+        """
+        self.__dict__.pop("_programs", None)  # their work space goes back to the pool first
         options, n, room = self._options, self._n, self.impacts.toi.shape[0]
-        self._n_arrays_prepared = self.detector.n_arrays_made
         found, at = self.detector.impacts, found_counts.FOUND
         step = StepArrays(
             self.detector.start, self.positions, self._pinned, self.stuck, self.known_depths
@@ -150,10 +164,13 @@ class Stages:
         )
         detect = self.detector.launches(self.positions, True)
         solve = [*grouping.launches(), *zones.launches(self.zones, inputs, state), *detect]
-        self._detection = Program(detect)
-        self._measuring = Program([zones.to_measure(inputs, state)])
-        self._iteration = Program([*self._selection.launches(), *solve])
-        self._solution = Program(solve)
+        self._programs = Programs(
+            detection=Program(detect),
+            iteration=Program([*self._selection.launches(), *solve]),
+            solution=Program(solve),
+            measuring=Program([zones.to_measure(inputs, state)]),
+        )
+        self._n_arrays_prepared = self.detector.n_arrays_made
 
     def _run(self, program: Program) -> None:
         """Run a program, and read all counts."""
@@ -162,23 +179,23 @@ class Stages:
 
     def detect(self) -> None:
         """Detect the impacts of the path to the current positions."""
-        self._run(self._detection)
+        self._run(self._programs.detection)
         self._finish_detection()
 
     def select_and_solve(self) -> None:
         """Let impacts of the last detection enter the zones, solve these zones, and detect."""
-        self._run(self._iteration)
+        self._run(self._programs.iteration)
         while self._selection.grow(self.group_counts):
             self.impacts = self._selection.impacts
             self._prepare()
             self._put_found()  # the detection of the program has found other impacts
-            self._run(self._iteration)
+            self._run(self._programs.iteration)
         self._finish_solution()
 
     def solve(self) -> None:
         """Solve all zones of the impacts that there are, and detect."""
         self.set_impacts(int(self.group_counts[group_counts.IMPACTS]))
-        self._run(self._solution)
+        self._run(self._programs.solution)
         self._finish_solution()
 
     def _finish_solution(self) -> None:
@@ -194,11 +211,11 @@ class Stages:
         """Detect again with more room until all pairs and contacts fit."""
         while self.detector.grow(self.found_counts):
             self._prepare()
-            self._run(self._detection)
+            self._run(self._programs.detection)
 
     def measure(self) -> None:
         """Measure the step again, after the CPU has changed it."""
-        self._run(self._measuring)
+        self._run(self._programs.measuring)
 
     def set_impacts(self, n: int) -> None:
         """Say that the first n impacts of the buffer are those in zones, and that all are new.

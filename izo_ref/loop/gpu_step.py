@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 
 from izo_ref.base.arrays import GpuArray, Indices, Positions
+from izo_ref.base.cuda.memory import synchronize
 from izo_ref.base.deadline import UNLIMITED, Deadline
 from izo_ref.base.gpu_arrays import copy, empty, overwrite, shared_copy, to_cpu, to_gpu
 from izo_ref.base.gpu_impacts import impacts_to_cpu
@@ -33,7 +34,10 @@ from izo_ref.zones.serial.group_counts import IMPACTS, NEW, TO_SOLVE, ZONES
 
 
 class GpuStep(Step):
-    """A step of the outer loop, with its arrays on a GPU; its attributes are those of `Step`.
+    """A step of the outer loop, with its arrays on a GPU.
+
+    Its attributes are those of `Step`, and `n_blocked`, the impacts between pinned points that the
+    last detection left out.
 
     Args:
         scene: The scene, in the numbering of the loop.
@@ -156,6 +160,7 @@ class GpuStep(Step):
         if found.time_free > self.longest[1]:
             overwrite(self._longest, self.positions)
             self.longest = (self._longest, found.time_free)
+        self.n_blocked = found.n_blocked
         detector.remember(self.positions)
         n_found, counts = self.found.toi.shape[0], detector.counts
         return DetectionCounts(n_found, found.n_blocked, counts.moved, sum(counts.pairs.values()))
@@ -257,6 +262,7 @@ class GpuStep(Step):
         n = len(self.scene.pinned)
         moved_back = empty((n, 3), np.float64)
         kernels.put_rows[n](to_gpu(order), self.positions, moved_back)
+        synchronize()
         return shared_array(moved_back)
 
     def to_cpu(self) -> CpuStep:

@@ -94,7 +94,7 @@ def test_impacts_and_counts_are_those_of_the_cpu(rng, n, to_solve):
     assert proofs <= (detector.counts.steps, detector.counts.most_steps)
     edge_edge = counts[places.PAIRS] - n_vertex_face
     assert detector.counts.pairs == {"vertex_face": n_vertex_face, "edge_edge": edge_edge}
-    assert np.array_equal(own.path.seen, scene.positions_t1)
+    assert np.isnan(own.path.seen).all(), "the host says which path was the last one"
 
 
 @pytest.mark.parametrize("n", [3, 12])

@@ -6,6 +6,7 @@ import pytest
 import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base.errors import (
+    DeviceMemoryError,
     NonFiniteError,
     OptionError,
     ShapeError,
@@ -82,9 +83,12 @@ def test_a_mesh_that_travels_gets_new_coordinates(rng, monkeypatch):
     scene = two_sheets(rng, 2)
     on_gpu, made = ResidentScene(scene, THICKNESS), []
     make = ResidentScene._make
-    monkeypatch.setattr(
-        ResidentScene, "_make", lambda own, scene: made.append(1) or make(own, scene)
-    )
+
+    def counted(own, *arguments):
+        made.append(1)
+        make(own, *arguments)
+
+    monkeypatch.setattr(ResidentScene, "_make", counted)
     first = on_cpu(on_gpu.resolve(scene.positions_t1))
     assert made == []
     far = first + (100.0, 0.0, 0.0)
@@ -122,6 +126,42 @@ def test_scenes_that_need_the_cpu_each_step_are_refused():
     scene = izo_ref.Scene(start, start, faces, initial_intersections="exclude")
     with pytest.raises(OptionError, match="pairs that are left out"):
         ResidentScene(scene)
+
+
+def test_rows_of_a_wider_array_are_taken_in_every_way(rng, monkeypatch):
+    scene = two_sheets(rng, 2)
+    expected = on_cpu(ResidentScene(scene, THICKNESS).resolve(scene.positions_t1))
+    wide = shared_copy(np.hstack((scene.positions_t1, np.full((len(scene.pinned), 2), 7.0))))
+    for kept in (0, 32):
+        monkeypatch.setattr(gpu_scene, "KEPT_STEPS", kept)
+        found = ResidentScene(scene, THICKNESS).resolve(wide[:, :3])
+        assert np.array_equal(on_cpu(found), expected)
+
+
+def test_nothing_follows_a_step_that_an_error_ended(rng, monkeypatch):
+    scene = two_sheets(rng, 2)
+    on_gpu = ResidentScene(scene, THICKNESS)
+
+    def failing(step):
+        raise DeviceMemoryError("no memory")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(gpu_scene.GpuStep, "select", failing)
+        with pytest.raises(DeviceMemoryError):
+            on_gpu.resolve(scene.positions_t1)
+    with pytest.raises(UncertifiedStartError, match="ended with an error"):
+        on_gpu.resolve(scene.positions_t1)
+
+
+def test_pinned_parts_that_pass_through_each_other_are_no_free_start():
+    start = np.array([[0, 0, 0], [3, 0, 0], [0, 3, 0], [1, 1, 1.0], [1, 1.5, 1], [1.5, 1, 1]])
+    end = start - np.where(np.arange(6)[:, None] > 2, (0.0, 0.0, 2.0), 0.0)
+    scene = izo_ref.Scene(start, end, [[0, 1, 2], [3, 4, 5]], pinned=np.ones(6, bool))
+    on_gpu = ResidentScene(scene, THICKNESS)
+    found = on_gpu.resolve(end)
+    assert found.full is not None
+    assert found.status is izo_ref.resolve(scene, THICKNESS).status
+    assert found.status is not Status.FREE
 
 
 def test_a_step_without_a_free_path_is_resolved_with_the_fail_safe(rng):

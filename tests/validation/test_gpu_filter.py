@@ -7,13 +7,14 @@ from tests.helpers.steps import load_step
 from validation.report.cuda import page
 from validation.rows import read
 from validation.study import gpu_filter
-from validation.study.parts import run_parts
+from validation.study.gpu_parts import Clock
 
 
 def test_the_filter_of_a_small_step_is_measured(tmp_path, monkeypatch):
     monkeypatch.setattr(gpu_filter.steps, "step_names", lambda: ["sheets"])
     monkeypatch.setattr(gpu_filter, "PAIRS", 1)
-    run_parts({"filter": gpu_filter.study_filter}, tmp_path / "rows", "filter", print)
+    folder = tmp_path / "rows"
+    gpu_filter.study_filter(folder, print, Clock(folder, "filter", np.inf))
     proposed, answer = read(tmp_path / "rows", "filter")
     assert (proposed["path"], answer["path"]) == ("proposed", "answer")
     assert (proposed["contacts"], answer["contacts"]) == (

@@ -123,7 +123,7 @@ def test_stages_come_in_the_order_of_the_method(tmp_path):
 
 
 def test_names_that_no_vector_can_notice_are_refused(capsys):
-    assert main(["mutants", "--vectors", "sums-of-a-block-alone"]) == 2
+    assert main(["mutants", "--vectors", "device-measures-without-masses"]) == 2
     assert "the vectors run on the CPU" in capsys.readouterr().err
     assert main(["mutants", "--vectors", "no-such-fault"]) == 2
     assert "no faults named" in capsys.readouterr().err

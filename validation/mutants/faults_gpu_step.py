@@ -78,7 +78,7 @@ GPU_STEP = [
     _fault(
         "detection-not-repeated-with-more-room",
         STAGES,
-        "            self._prepare()\n            self._run(self._detection)\n",
+        "            self._prepare()\n            self._run(self._programs.detection)\n",
         "            self._prepare()\n",
         "On a GPU, a path with more pairs or contacts than there is room for has no impacts.",
     ),

@@ -250,6 +250,7 @@ PROOFS = [
         "GAP_ERROR * (size + size)",
         "In float32, the bound of a gap leaves out the rounding of the positions.",
         (IN_A_CORNER, ROUNDED),
+        flag="gpu-only",
         not_by_vectors=ON_GPU,
     ),
     Fault(
@@ -259,6 +260,7 @@ PROOFS = [
         "CUBIC_ERROR_Q * TINY",
         "In float32, the bound of the cubic leaves out the rounding of the positions.",
         (IN_A_CORNER,),
+        flag="gpu-only",
         not_by_vectors=ON_GPU,
     ),
     Fault(
@@ -268,6 +270,7 @@ PROOFS = [
         "_ends_of_nodes(vertex_boxes, nodes, 0)",
         "The float32 filter proves that a pair is apart at the start, and takes that for its path.",
         (IN_A_CORNER,),
+        flag="gpu-only",
         not_by_vectors=ON_GPU,
     ),
 ]

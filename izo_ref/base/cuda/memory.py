@@ -52,6 +52,11 @@ def call_driver(function: Any, *arguments: Any) -> Any:
     return returned[0] if returned else None
 
 
+def synchronize() -> None:
+    """Wait until everything that was launched on the default stream has ended."""
+    call_driver(driver.cuStreamSynchronize, 0)
+
+
 def room_for(n_bytes: int) -> int:
     """Return the size of the block that the pool gives for some bytes [bytes]."""
     if n_bytes <= LEAST:

@@ -15,6 +15,8 @@ from numba.cuda.cudadrv.driver import CudaAPIError
 
 from izo_ref.base.cuda.memory import call_driver, driver
 
+NON_BLOCKING = 1  # flag of the driver: a stream that does not wait for the default stream
+
 
 class Program:
     """Launches that run one after the other on the default stream.
@@ -56,7 +58,8 @@ def recorded(launches: Sequence[Callable[..., None]]) -> Any:
         CudaAPIError: The driver cannot record them.
     """
     # the default stream cannot be recorded, so a stream is made for it
-    stream = call_driver(driver.cuStreamCreate, 0)
+    # and one that does not wait for it, so that other threads may launch meanwhile
+    stream = call_driver(driver.cuStreamCreate, NON_BLOCKING)
     try:
         mode = driver.CUstreamCaptureMode.CU_STREAM_CAPTURE_MODE_THREAD_LOCAL
         call_driver(driver.cuStreamBeginCapture, stream, mode)
