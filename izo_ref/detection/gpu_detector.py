@@ -14,7 +14,6 @@ from collections.abc import Callable
 import numpy as np
 
 from izo_ref.base.arrays import GpuArray, Indices, Positions
-from izo_ref.base.cuda.arrays import fill
 from izo_ref.base.gpu_arrays import (
     copy_positions,
     empty,
@@ -102,13 +101,13 @@ class Detector:
             positions: (n_vertices, 3) f8 [m], on the GPU.
         """
         overwrite(self.start, positions)
-        fill[self._seen.size](np.nan, self._seen.reshape(self._seen.size))
+        self._seen.clear(255)  # NaN: every vertex ends elsewhere
 
     def _begin(self, scene: SceneArrays) -> None:
         """Take what may change from one scene to the next, but for the start on the GPU."""
         self._frame.copy_to_device(frame_of_boxes(scene))
         self._pinned.copy_to_device(np.ascontiguousarray(scene.pinned))
-        fill[self._seen.size](np.nan, self._seen.reshape(self._seen.size))
+        self._seen.clear(255)  # NaN: every vertex ends elsewhere
         self._touching: TouchingPath | None = None
         if scene.touching is not None:
             self._touching = TouchingPath(scene.positions_t0, scene.touching)

@@ -16,10 +16,11 @@ LIMIT_S = 600.0
 
 @pytest.mark.first
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda: izo-ref[cuda]")
-def test_kernels_of_the_device_in_python():
+def test_kernels_of_the_device_in_python(request):
     simulator = {"NUMBA_ENABLE_CUDASIM": "1", "NUMBA_DISABLE_JIT": "1", "IZO_SEED": str(SEED)}
+    slow = ["--slow"] if request.config.getoption("--slow") else []
     done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "tests/simulated"],
+        [sys.executable, "-m", "pytest", "-q", "tests/simulated", *slow],
         env=os.environ | simulator,
         capture_output=True,
         text=True,

@@ -253,11 +253,15 @@ class DeviceArray:
         """Return the same memory, read as numbers of another dtype of the same size."""
         return DeviceArray(self.address, self.shape, np.dtype(dtype), self._owner, self.strides)
 
-    def clear(self) -> None:
-        """Make every byte zero; the array is contiguous."""
+    def clear(self, byte: int = 0) -> None:
+        """Overwrite every byte; the array is contiguous.
+
+        Args:
+            byte: The new value; floats become 0 by 0, and NaN by 255.
+        """
         n_bytes = self.size * self.dtype.itemsize
         if n_bytes:
-            call_driver(driver.cuMemsetD8Async, self.address, 0, n_bytes, 0)
+            call_driver(driver.cuMemsetD8Async, self.address, byte, n_bytes, 0)
 
     def copy_to_host(self) -> Any:
         """Return a copy on the CPU; the array is contiguous."""
