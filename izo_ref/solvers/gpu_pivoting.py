@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from izo_ref.base.arrays import GpuArray
-from izo_ref.base.devices import count_resident_blocks, largest_shared_bytes
+from izo_ref.base.devices import fixed_launch, largest_shared_bytes
 from izo_ref.base.gpu_arrays import empty
 from izo_ref.solvers.cuda import listed_zones as kernels
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
@@ -31,10 +31,10 @@ class BlockPivoting:
 
     def __init__(self) -> None:
         """Allocate the work space."""
-        self._n_blocks = BLOCKS * count_resident_blocks()
+        self._sizes = fixed_launch(BLOCKS, THREADS)
         n_numbers, n_indices = work_of_group_pivot(LARGEST, most_vertices(LARGEST), MOST_ACTIVE)
-        self._numbers = empty((self._n_blocks, n_numbers), np.float64)
-        self._indices = empty((self._n_blocks, n_indices), np.int32)
+        self._numbers = empty((self._sizes[0], n_numbers), np.float64)
+        self._indices = empty((self._sizes[0], n_indices), np.int32)
 
     def launch(
         self,
@@ -59,6 +59,6 @@ class BlockPivoting:
             answers: The entries of these zones are written.
         """
         own = zones, impact_offsets, vertex_offsets, rows, limits, MOST_ACTIVE, sizes, answers
-        launch, n_bytes = (self._n_blocks, THREADS), min(SHARED, largest_shared_bytes())
+        launch, n_bytes = self._sizes, min(SHARED, largest_shared_bytes())
         work = self._numbers, self._indices
         return kernels.solve_list_in_blocks.prepare(*launch, *own, *work, shared_bytes=n_bytes)

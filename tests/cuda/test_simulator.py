@@ -9,8 +9,8 @@ import pytest
 
 from tests.helpers.steps import SEED
 
-# All tests take 180 s of CPU time, and took 230 to 420 s beside other work on two cores. A test
-# that does not end is stopped.
+# They take 90 s of CPU time, several times as long beside other work. A test that does not end is
+# stopped.
 LIMIT_S = 600.0
 
 

@@ -26,6 +26,7 @@ from izo_ref.scene import Scene
 from validation import ptx
 from validation.rows import Row, Rows
 from validation.study import gpu_bounds, gpu_check, gpu_launches, gpu_zones
+from validation.study.gpu_filter import study_filter
 from validation.study.gpu_parts import (
     CPU_BUDGET_S,
     GPU_BUDGET_S,
@@ -174,6 +175,7 @@ PARTS = {
     "kernels": Part(kernels, None),
     "launches": Part(gpu_launches.launches, None),
     "bounds": Part(gpu_bounds.bounds, None),
+    "filter": Part(study_filter, None),
     "warm": Part(gpu_check.warm, 75.0),
     "check": Part(gpu_check.check, 85.0),
     "detection": Part(detection, 80.0),
