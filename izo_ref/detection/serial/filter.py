@@ -2,8 +2,8 @@
 
 Only a GPU does so. The float32 positions are those of the boxes of vertices, which a GPU has in any
 case: it reads half as many bytes a pair, and computes nothing in float64 for a pair that is
-settled. On the CPU float64 is as fast as float32, and the filter takes longer than the proofs that
-it saves (`reports/cuda/` has the times).
+settled. On the CPU float64 is as fast as float32, and in deep contact the filter costs more than it
+saves elsewhere (`reports/cuda/` has the times).
 
 The filter has a launch, or a part of a launch, of its own. Threads of a GPU run in groups of 32,
 and nearly every group has a pair that is left open. If each thread went on in float64 with its own
