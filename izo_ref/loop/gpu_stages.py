@@ -1,7 +1,7 @@
 """The stages of a step on a GPU: buffers that are made once, and programs of launches.
 
 An iteration is one program: select, group, write the constraints, solve small zones, solve middle
-zones, update the step, and detect again in four launches. All counts stay on the GPU. The CPU reads
+zones, update the step, and detect again in five launches. All counts stay on the GPU. The CPU reads
 them once, after the program, to know whether to go on, and whether a list was too short: then it
 makes the list longer and runs again what did not fit.
 """
