@@ -14,12 +14,11 @@ import numpy as np
 
 from izo_ref.base import checks
 from izo_ref.base.arrays import GpuArray, Positions
-from izo_ref.base.cuda.memory import synchronize
 from izo_ref.base.deadline import UNLIMITED, Deadline, OutOfTimeError
 from izo_ref.base.devices import detach, is_on_gpu, require_gpu
 from izo_ref.base.errors import OptionError, ShapeError, UncertifiedStartError
-from izo_ref.base.gpu_arrays import empty, full, to_cpu, to_gpu
-from izo_ref.base.gpu_interop import own_array, shared_array
+from izo_ref.base.gpu_arrays import full, to_cpu, to_gpu
+from izo_ref.base.gpu_interop import own_array
 from izo_ref.base.options import Options
 from izo_ref.base.records import Status
 from izo_ref.base.sizes import scene_in_range, thickness_in_range
@@ -37,8 +36,8 @@ from izo_ref.scene import Scene
 # After this many steps the vertices are numbered and the trees are sorted anew, because the mesh
 # has moved. `Scene.after` does the same for the CPU.
 KEPT_STEPS = 32
-# Positions may be this many times farther from the centre of the start than the mesh is wide. The
-# coordinates of boxes then keep 22 of 24 bits.
+# Largest proposed position, along an axis, in the coordinates of boxes. The start reaches to 1 at
+# most in them, so float32 positions lose no more than two of their 24 bits.
 FAR = 4.0
 
 
@@ -154,12 +153,9 @@ class ResidentScene(GpuScene):
 
     def _ended(self, loop: Loop) -> GpuResult:
         """Return how a free step ended."""
-        step, n = self._step, len(self._scene.pinned)
-        positions = empty((n, 3), np.float64)
-        kernels.put_rows[n](self._order, step.positions, positions)
-        synchronize()  # other libraries may read the positions on streams of their own
+        step = self._step
         return GpuResult(
-            positions=shared_array(positions),
+            positions=step.positions_back(self._order),
             status=Status.FREE,
             objective=step.objective(),
             n_impacts=step.n_impacts,

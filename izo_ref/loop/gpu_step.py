@@ -259,11 +259,19 @@ class GpuStep(Step):
         """Return end positions as an array of the GPU; `order` as in `Step.positions_on_gpu`."""
         if order is None:
             return shared_copy(positions)
+        return self.positions_back(to_gpu(order))
+
+    def positions_back(self, order: GpuArray) -> GpuArray:
+        """Return a copy of the positions in the order of the caller, as an array of the GPU.
+
+        Args:
+            order: (n_vertices,) i8, on the GPU, the caller's vertex at each place.
+        """
         n = len(self.scene.pinned)
-        moved_back = empty((n, 3), np.float64)
-        kernels.put_rows[n](to_gpu(order), self.positions, moved_back)
-        synchronize()
-        return shared_array(moved_back)
+        positions = empty((n, 3), np.float64)
+        kernels.put_rows[n](order, self.positions, positions)
+        synchronize()  # other libraries may read the positions on streams of their own
+        return shared_array(positions)
 
     def to_cpu(self) -> CpuStep:
         """Return the same step on the CPU; its detections still run on the GPU.

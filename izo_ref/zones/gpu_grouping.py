@@ -11,10 +11,9 @@ from izo_ref.zones.cuda import grouping as kernels
 from izo_ref.zones.group_buffers import group_work, vertex_labels, zone_lists
 from izo_ref.zones.serial.group_records import ZoneRule
 
-# Most impacts that one block selects among or groups, one a thread. All blocks wait for each other
-# in 1.3 us on an H200, and the threads of a block in much less. But with more impacts, a pass of a
-# sort takes one block longer than that, because each key looks for its place in memory. Where one
-# block stops to be faster was not measured.
+# Most impacts that one block selects among or groups: one a thread. A wait of all blocks takes
+# longer than a wait of one block, but one block has fewer threads for the work. From how many
+# impacts on all blocks are faster was not measured.
 FEW = THREADS
 
 

@@ -69,8 +69,8 @@ LAGRANGIAN = [
     Fault(
         "ends-in-the-loops-order",
         "izo_ref/loop/gpu_step.py",
-        "kernels.put_rows[n](to_gpu(order), self.positions, moved_back)",
-        "kernels.put_rows[n](to_gpu(np.sort(order)), self.positions, moved_back)",
+        "kernels.put_rows[n](order, self.positions, positions)",
+        "kernels.put_rows[n](to_gpu(np.arange(n)), self.positions, positions)",
         "Positions on the GPU are returned in the order that the loop uses.",
         ("tests/cuda/test_simulator.py",),
         flag="gpu-only",

@@ -1,9 +1,9 @@
 """Programs: launches with fixed arguments that run one after the other, again and again.
 
-The driver takes 0.7 us for a kernel of a CUDA graph on an H200, and Python some microseconds for a
-launch. So the launches of a program are recorded once as a graph, and the graph is started by one
-call. Where the driver does not record them, for example because it is old, the launches follow each
-other; so they do in the simulator.
+A kernel of a CUDA graph takes the driver less time than Python takes to launch it
+(`validation/study/gpu_machines.py` has what was measured). So the launches of a program are
+recorded once as a graph, and one call starts the graph. If the driver cannot record them, for
+example because it is old, and in the simulator, the launches follow each other.
 """
 
 from collections.abc import Callable, Sequence
@@ -57,8 +57,8 @@ def recorded(launches: Sequence[Callable[..., None]]) -> Any:
     Raises:
         CudaAPIError: The driver cannot record them.
     """
-    # the default stream cannot be recorded, so a stream is made for it
-    # and one that does not wait for it, so that other threads may launch meanwhile
+    # The default stream cannot be recorded, so a stream is made. It does not wait for the default
+    # stream, so that other threads may launch there meanwhile.
     stream = call_driver(driver.cuStreamCreate, NON_BLOCKING)
     try:
         mode = driver.CUstreamCaptureMode.CU_STREAM_CAPTURE_MODE_THREAD_LOCAL
