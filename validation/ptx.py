@@ -58,10 +58,13 @@ RECORDS = {
     record.__name__: record for record in (Tree, *OF_DETECTION, *OF_GROUPS, *OF_ZONES, *OF_SOLVERS)
 }
 # Kernels with a stack frame, and the reason for it.
+WAITS_BY_CALLS = (
+    "it waits for all blocks by calls into the CUDA runtime, and more values live across such a "
+    "call than there are registers; the cost is not measured yet"
+)
 FRAMES = {
-    "solvers.lagrangian.solve_lagrangian_by_grid": "it waits for all blocks by calls into the CUDA "
-    "runtime, and more values live across such a call than there are registers; the cost is not "
-    "measured yet",
+    "solvers.lagrangian.solve_lagrangian_by_grid": WAITS_BY_CALLS,
+    "solvers.listed_zones.solve_list_by_grid": WAITS_BY_CALLS,
 }
 # A parameter, and the comment behind it: the shape if it is an array, and then the types in which
 # it may come; or the name of a record, and the types of those fields that offer a choice.

@@ -69,9 +69,8 @@ class Options:
             pivoting for zones of up to `small_zone` impacts, and `active-set` where block pivoting
             gives up. For larger zones it uses `apgs` where that is fast, else `interior-point`,
             whose answer is moved onto its active constraints; once such a zone has a solution,
-            block pivoting continues from it (`solvers/pivoting.py`). A GPU does the same for zones
-            of up to 32 impacts, uses `newton` for the others, and leaves to the CPU what that does
-            not solve.
+            block pivoting continues from it (`solvers/pivoting.py`). A GPU uses block pivoting for
+            zones of all sizes, and leaves to the CPU what that does not solve.
             Augmented-Lagrangian methods (docs/method sections 3 and 4) are `gradient`, `jacobi`,
             `chebyshev`, `cg`, `lbfgs` and `newton`. Sweeps over the multipliers are `pgs` and the
             accelerated `apgs`.

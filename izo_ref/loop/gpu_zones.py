@@ -1,4 +1,4 @@
-"""The zones of a step on a GPU: solve them, and update the step, in four launches."""
+"""The zones of a step on a GPU: solve them, and update the step, in five launches."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class ZoneStage:
         solver, own = self._solver, (zones, inputs)
         more = solver.rows.lengths, solver.answers, solver.sizes, state, self._left
         update = by_grid(kernels.update_step, *own, *more, *self._counts)
-        return [*solver.launches(*own, self._counts[0]), update]
+        return [*solver.launches(*own, state, self._counts[0]), update]
 
     def to_measure(self, inputs: StepInputs, state: StepState) -> Launch:
         """Return the launch that measures a step again, after the CPU has changed it."""

@@ -1,4 +1,4 @@
-"""Solve the zones of a step on a GPU: small zones one a thread, larger ones one a block.
+"""Solve the zones of a step on a GPU: by one thread each, by one block each, or by all blocks.
 
 All buffers are made once. How many zones there are is known on the GPU alone, so all launches are
 prepared once, too.
@@ -15,7 +15,6 @@ from izo_ref.base.gpu_launch import by_grid
 from izo_ref.base.options import Options
 from izo_ref.solvers import gpu_pivoting
 from izo_ref.solvers.cuda import listed_zones as kernels
-from izo_ref.solvers.gpu_pivoting import BlockPivoting
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.listed_zones import most_vertices
@@ -25,7 +24,7 @@ from izo_ref.solvers.serial.small_zone import (
     Limits,
     work_of_small_zone,
 )
-from izo_ref.solvers.serial.zone_buffers import StepInputs, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 # Most impacts of a zone that one thread solves. It takes n^3 operations for n impacts, so with more
@@ -39,7 +38,7 @@ Launch = Callable[..., None]
 
 
 class ZoneSolver:
-    """Solves zones on a GPU; small and middle zones are lists of their own.
+    """Solves zones on a GPU; small, middle and large zones are lists of their own.
 
     Args:
         n_vertices: Vertices of the step.
@@ -72,6 +71,7 @@ class ZoneSolver:
             empty(m, np.float64),
             empty(m, np.float64),
             empty(m, np.bool_),
+            empty((n, 3), np.float64),
         )
         self.answers = ZoneAnswers(
             empty(m, np.float64),
@@ -84,7 +84,6 @@ class ZoneSolver:
             self._slots = n_blocks, n_threads = fixed_launch(1, SLOTS)
             self._numbers = empty((n_blocks * n_threads, n_numbers), np.float64)
             self._indices = empty((n_blocks * n_threads, n_indices), np.int32)
-            self._pivoting = BlockPivoting()
 
     @property
     def is_direct(self) -> bool:
@@ -93,16 +92,19 @@ class ZoneSolver:
         is_auto = options.method == "auto" and options.preset is None
         return is_auto and options.precision == "float64"
 
-    def launches(self, zones: ListedZones, inputs: StepInputs, counts: GpuArray) -> list[Launch]:
+    def launches(
+        self, zones: ListedZones, inputs: StepInputs, state: StepState, counts: GpuArray
+    ) -> list[Launch]:
         """Return the launches that write the constraints and solve the zones of the lists.
 
         Args:
             zones: The zones, on the GPU.
             inputs: The step, on the GPU.
+            state: The last solution, on the GPU.
             counts: (>= N_COUNTS,) i8, is begun anew.
         """
-        own = zones, inputs, self.rows, self.answers, self._places, self.sizes, counts
-        write = by_grid(kernels.write_rows, *own)
+        own = self.rows, self.answers, self._places, self.sizes, counts
+        write = by_grid(kernels.write_rows, zones, inputs, state, *own)
         if not self.is_direct:
             return [write]
         offsets = zones.impact_offsets, zones.vertex_offsets
@@ -110,6 +112,7 @@ class ZoneSolver:
             write,
             self.launch_of_small(zones.small, *offsets),
             self.launch_of_middle(zones.middle, *offsets),
+            self.launch_of_large(zones.large, *offsets),
         ]
 
     def launch_of_small(
@@ -125,7 +128,12 @@ class ZoneSolver:
         self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
     ) -> Launch:
         """Return the launch that solves a list of middle zones, one block a zone."""
-        offsets = impact_offsets, vertex_offsets
-        return self._pivoting.launch(
-            zones, *offsets, self.sizes, self.rows, self._limits, self.answers
-        )
+        own = impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, self.answers
+        return gpu_pivoting.launch_in_blocks(zones, *own)
+
+    def launch_of_large(
+        self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
+    ) -> Launch:
+        """Return the launch that solves a list of large zones by all blocks."""
+        own = impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, self.answers
+        return gpu_pivoting.launch_by_grid(zones, *own)

@@ -13,7 +13,12 @@ from izo_ref.loop.serial.update import update
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
-from izo_ref.solvers.serial.listed_zones import most_vertices, solve_by_group, solve_in_slot
+from izo_ref.solvers.serial.listed_zones import (
+    most_vertices,
+    solve_by_all,
+    solve_by_group,
+    solve_in_slot,
+)
 from izo_ref.solvers.serial.small_zone import CLOSED_FORM, Limits, work_of_small_zone
 from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
 from izo_ref.solvers.serial.zone_rows import write_rows
@@ -22,7 +27,7 @@ from izo_ref.zones.serial import listed_zones as listed
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 SPARE = 3  # unused rows behind all arrays
-MOST_SMALL, MOST_MIDDLE, MOST_ACTIVE = 8, 60, 60  # impacts
+MOST_SMALL, MOST_MIDDLE, MOST_LARGE = 8, 60, 80  # impacts
 
 
 class ListedStep(NamedTuple):
@@ -108,7 +113,15 @@ def buffers(n_zones, m, n) -> tuple[ZoneRows, ZoneAnswers]:
     flags, numbers = np.ones(m, bool), (np.full(s, np.nan) for s in ((m, 4), (m, 3), m, m, m))
     coefficients, normals, rhs, lengths, multipliers = numbers
     return (
-        ZoneRows(np.full((m, 4), 10**9, np.int32), coefficients, normals, rhs, lengths, flags),
+        ZoneRows(
+            np.full((m, 4), 10**9, np.int32),
+            coefficients,
+            normals,
+            rhs,
+            lengths,
+            flags,
+            np.full((n, 3), np.nan),
+        ),
         ZoneAnswers(
             multipliers,
             np.full(3 * n, np.nan),
@@ -130,6 +143,7 @@ def write(step, group: ThreadGroup = ALONE):
         group,
         step.zones,
         step.inputs,
+        step.state,
         step.rows,
         step.answers,
         step.places,
@@ -159,7 +173,7 @@ def solve_small(step, slot=0, n_slots=1, options=None, most=MOST_SMALL):
 
 def solve_middle(step, group: ThreadGroup = ALONE, options=None, most=MOST_MIDDLE, work=None):
     """Solve the middle zones; the work space fits zones of `most` impacts."""
-    numbers, indices = work or work_of_middle(most)
+    numbers, indices = work or work_of_group(most)
     solve_by_group(
         group,
         step.zones.middle,
@@ -168,7 +182,6 @@ def solve_middle(step, group: ThreadGroup = ALONE, options=None, most=MOST_MIDDL
         step.sizes,
         step.rows,
         limits_of(step, options or Options()),
-        MOST_ACTIVE,
         np.empty(0),
         numbers,
         indices,
@@ -176,9 +189,26 @@ def solve_middle(step, group: ThreadGroup = ALONE, options=None, most=MOST_MIDDL
     )
 
 
-def work_of_middle(most=MOST_MIDDLE):
+def solve_large(step, group: ThreadGroup = ALONE, options=None, most=MOST_LARGE, work=None):
+    """Solve the large zones; the work space fits zones of `most` impacts."""
+    numbers, indices = work or work_of_group(most)
+    solve_by_all(
+        group,
+        step.zones.large,
+        step.zones.impact_offsets,
+        step.zones.vertex_offsets,
+        step.sizes,
+        step.rows,
+        limits_of(step, options or Options()),
+        numbers,
+        indices,
+        step.answers,
+    )
+
+
+def work_of_group(most=MOST_MIDDLE):
     """Return the work space of a group for zones of `most` impacts."""
-    n_numbers, n_indices = work_of_group_pivot(most, most_vertices(most), MOST_ACTIVE)
+    n_numbers, n_indices = work_of_group_pivot(most, most_vertices(most), most)
     return np.full(n_numbers, np.nan), np.full(n_indices, -7, np.int32)
 
 
@@ -203,6 +233,7 @@ def run(step):
     write(step)
     solve_small(step)
     solve_middle(step)
+    solve_large(step)
     take_answers(step)
     return np.sort(step.left[: step.counts[at.LEFT]])
 
@@ -213,3 +244,14 @@ def step_of_cpu(step) -> Any:
     same.begin(step.impacts, np.zeros(len(step.impacts.toi)))
     same.solve(0)
     return same
+
+
+def leave_large_zones(monkeypatch, pivoting):
+    """Give the launch for large zones no room for any factor.
+
+    Args:
+        monkeypatch: The fixture.
+        pivoting: The module `izo_ref/solvers/gpu_pivoting.py`.
+    """
+    monkeypatch.setattr(pivoting, "NUMBERS_PER_IMPACT", 0)
+    monkeypatch.setattr(pivoting, "vector_size", lambda n, n_vertices: 1)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from izo_ref.base.serial.thread_group import ThreadGroup
+from izo_ref.base.serial.thread_group import Team, ThreadGroup
 from tests.helpers.turns import Turns
 
 TIMEOUT_S = 60.0
@@ -17,32 +17,41 @@ class Log:
     """Accesses of the threads of a group.
 
     Attributes:
-        accesses: (thread, phase, address, READ, WRITE or ATOMIC, bytes that are written) of each
-            access; the phase of a thread is how many times it has waited.
-        sites: File and line of each wait, by the phase that it ends; None for a sum or maximum.
+        accesses: (thread, phase, step, address, READ, WRITE or ATOMIC, bytes that are written) of
+            each access. The phase of a thread is how many times it has waited for all threads, and
+            its step is how many times it has waited at all.
+        sites: File and line of each wait for all threads, by the phase that it ends; None for a sum
+            or maximum.
+        team_sites: File and line of each wait, by the team and the step that it ends.
     """
 
-    def __init__(self, n_threads, seed=None):
+    def __init__(self, n_threads, seed=None, n_teams=1):
         """Begin with nothing logged.
 
         Args:
             n_threads: Threads of the group.
             seed: Draws which thread goes on after a wait and after some accesses; None lets all
                 threads run at the same time.
+            n_teams: Teams of these threads, all of the same size.
         """
-        self.accesses, self.sites = [], {}
+        self.accesses, self.sites, self.team_sites = [], {}, {}
         self._own, self._n, self._parts = threading.local(), n_threads, [None] * n_threads
+        self._n_teams, self._team_size = n_teams, n_threads // n_teams
         self._barrier = threading.Barrier(n_threads, timeout=TIMEOUT_S)
+        self._team_barriers = [
+            threading.Barrier(self._team_size, timeout=TIMEOUT_S) for _ in range(n_teams)
+        ]
         self._lock = threading.RLock()
-        everyone = [{"all": range(n_threads)} for _ in range(n_threads)]
-        self._turns = None if seed is None else Turns(everyone, seed)
+        groups = [{"all": range(n_threads), "team": self._members(k)} for k in range(n_threads)]
+        self._turns = None if seed is None else Turns(groups, seed)
 
     def add(self, address, kind, value=None):
         """Log an access, if a thread of the group makes it."""
         rank = getattr(self._own, "rank", None)
         if rank is not None:
             kind = ATOMIC if getattr(self._own, "atomic", False) else kind
-            self.accesses.append((rank, self._own.phase, address, kind, value))
+            own = self._own
+            self.accesses.append((rank, own.phase, own.step, address, kind, value))
             if self._turns is not None and kind != ATOMIC:
                 self._turns.access(rank)
 
@@ -55,10 +64,28 @@ class Log:
             self._own.atomic = False
         return before
 
+    def _team(self):
+        return self._own.rank // self._team_size
+
+    def _members(self, rank):
+        """Return the threads of the team of a thread."""
+        first = rank - rank % self._team_size
+        return range(first, first + self._team_size)
+
     def _wait(self, site):
-        self.sites[self._own.phase] = site
+        own = self._own
+        self.sites[own.phase] = self.team_sites[self._team(), own.step] = site
         self._wait_for_all()
-        self._own.phase += 1
+        own.phase, own.step = own.phase + 1, own.step + 1
+
+    def _wait_for_team(self, site):
+        own, team = self._own, self._team()
+        self.team_sites[team, own.step] = site
+        if self._turns is None:
+            self._team_barriers[team].wait()
+        else:
+            self._turns.wait(own.rank, "team")
+        own.step += 1
 
     def _wait_for_all(self):
         if self._turns is None:
@@ -77,9 +104,18 @@ class Log:
         """Return the thread group."""
 
         def wait():
-            caller = sys._getframe(1)
-            self._wait((Path(caller.f_code.co_filename).name, caller.f_lineno))
+            self._wait(_site(sys._getframe(1)))
 
+        def wait_for_team():
+            self._wait_for_team(_site(sys._getframe(1)))
+
+        team = Team(
+            lambda: self._own.rank % self._team_size,
+            lambda: self._team_size,
+            wait_for_team,
+            self._team,
+            lambda: self._n_teams,
+        )
         return ThreadGroup(
             lambda: self._own.rank,
             lambda: self._n,
@@ -88,6 +124,7 @@ class Log:
             lambda _, *values: self._combined(values, max),
             lambda values, i, amount: self._at_once(values, i, lambda old: old + amount),
             lambda values, i, value: self._at_once(values, i, lambda old: min(old, value)) and None,
+            team,
             None,
         )
 
@@ -96,11 +133,12 @@ class Log:
         results = [None] * self._n
 
         def work(rank):
-            self._own.rank, self._own.phase = rank, 0
+            self._own.rank, self._own.phase, self._own.step = rank, 0, 0
             try:
                 results[rank] = function()
             except Exception:
-                self._barrier.abort()
+                for barrier in (self._barrier, *self._team_barriers):
+                    barrier.abort()
                 raise
 
         if self._turns is not None:
@@ -125,22 +163,41 @@ class Log:
     def conflicts(self, without=None):
         """Return (number of conflicts, the first one's address).
 
-        A conflict is a number that one thread writes and another one reads or writes between two
-        waits. Threads may change a number together if all of them do it at once (`group_add`), and
-        they may write the same value where none reads it before it writes.
+        A conflict is a number that one thread writes and another one reads or writes, with no wait
+        between them, or no wait for all threads if they are in different teams. Threads may change
+        a number together if all of them do it at once (`group_add`), and they may write the same
+        value where none reads it before it writes.
 
         Args:
             without: File and line of a wait, as in `sites`, which counts as none.
         """
-        begins, phase = {0: 0}, 0
-        for ended in sorted(self.sites):
-            phase += without is None or self.sites[ended] != without
-            begins[ended + 1] = phase
-        users = {}
-        for rank, own, address, kind, value in self.accesses:
-            users.setdefault((begins[own], address), Users()).add(rank, kind, value)
-        found = [address for (_, address), own in users.items() if own.conflict()]
+        phases, steps = _counted(self.sites, without), {}
+        for team in range(self._n_teams):
+            own = {step: site for (of, step), site in self.team_sites.items() if of == team}
+            steps[team] = _counted(own, without)
+        between_teams, in_team = {}, {}
+        for rank, phase, step, address, kind, value in self.accesses:
+            team = rank // self._team_size
+            users = between_teams.setdefault((phases[phase], address), Users())
+            users.add(team, kind, value)
+            users = in_team.setdefault((team, steps[team][step], address), Users())
+            users.add(rank, kind, value)
+        found = [key[-1] for key, own in (between_teams | in_team).items() if own.conflict()]
         return len(found), found[:1]
+
+
+def _counted(sites, without):
+    """Return how many waits come before each phase or step, without those of one site."""
+    begins, count = {0: 0}, 0
+    for ended in sorted(sites):
+        count += without is None or sites[ended] != without
+        begins[ended + 1] = count
+    return begins
+
+
+def _site(frame):
+    """Return the file and the line of a caller."""
+    return Path(frame.f_code.co_filename).name, frame.f_lineno
 
 
 class Users:

@@ -13,6 +13,7 @@ from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.presets import PRESETS
 from izo_ref.solvers.solve import solve_system
+from tests.helpers.listed import leave_large_zones
 from tests.helpers.shapes import falling_sheet, pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
@@ -128,11 +129,14 @@ def test_a_spent_budget_ends_as_on_the_cpu(rng):
     assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
-@pytest.mark.parametrize(("limit", "value"), [("LARGEST", 1), ("MOST_ACTIVE", 0)])
-def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch, limit, value):
+@pytest.mark.parametrize("largest", [1, 512])
+def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch, largest):
+    """There is no room for any factor."""
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(pivoting, "THREADS", 3)
-    monkeypatch.setattr(pivoting, limit, value)
+    monkeypatch.setattr(pivoting, "LARGEST", largest)
+    monkeypatch.setattr(pivoting, "work_of_group_pivot", lambda *sizes: (1, 1))
+    leave_large_zones(monkeypatch, pivoting)
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")
@@ -144,6 +148,7 @@ def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch,
 def test_zones_that_are_left_start_from_their_last_solution(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(pivoting, "LARGEST", 1)
+    leave_large_zones(monkeypatch, pivoting)
     scene, starts = two_sheets(rng, 3), []
 
     def noted(system, options, **more):
@@ -158,9 +163,11 @@ def test_zones_that_are_left_start_from_their_last_solution(rng, monkeypatch):
     assert min(start.min() for start in starts) == 0.0
 
 
+@pytest.mark.parametrize("largest", [1, 512])
 @pytest.mark.parametrize("name", ["sheets", "pinned"])
-def test_zones_of_one_block_end_near_the_cpu(rng, monkeypatch, name):
+def test_zones_of_one_block_and_of_all_blocks_end_near_the_cpu(rng, monkeypatch, name, largest):
     monkeypatch.setattr(solve, "SMALL", 1)
+    monkeypatch.setattr(pivoting, "LARGEST", largest)
     monkeypatch.setattr(pivoting, "THREADS", 3)
     scene, options = scenes(rng)[name], Options(relinearize=0)
     expected = izo_ref.resolve(scene, 1e-3, options=options)

@@ -20,7 +20,7 @@ from izo_ref.zones.serial import group_counts
 from izo_ref.zones.serial import listed_zones as listed
 from izo_ref.zones.serial.group_records import ZoneRule
 from tests.helpers import listed as helper
-from tests.helpers.listed import listed_step, run
+from tests.helpers.listed import leave_large_zones, listed_step, run
 from validation import ptx
 from validation.scenes.zones import random_zone
 
@@ -35,7 +35,7 @@ def _same_limits(monkeypatch):
     monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
     monkeypatch.setattr(solve, "SMALL", helper.MOST_SMALL)
     monkeypatch.setattr(pivoting, "LARGEST", helper.MOST_MIDDLE)
-    monkeypatch.setattr(pivoting, "MOST_ACTIVE", helper.MOST_ACTIVE)
+    monkeypatch.setattr(pivoting, "MOST_ACTIVE", helper.MOST_MIDDLE)
     monkeypatch.setattr(pivoting, "THREADS", 2)
 
 
@@ -78,17 +78,23 @@ def check_same(own, step):
     assert np.array_equal(own.stage.left(counts), np.sort(step.left[:n]))
 
 
-def test_four_launches_solve_the_zones_and_update_the_step():
+@pytest.mark.parametrize("fits", [True, False])
+def test_five_launches_solve_the_zones_and_update_the_step(monkeypatch, fits):
+    """A large zone whose factor does not fit is left."""
     step = a_step()
+    if not fits:
+        leave_large_zones(monkeypatch, pivoting)
+        monkeypatch.setattr(helper, "solve_large", lambda step: None)
     own = OnGpu(step, ENOUGH)
-    assert len(run(step)) == 1  # the large zone
-    assert step.counts[at.SOLVED] == 6
+    assert len(run(step)) == (not fits)
+    assert step.counts[at.SOLVED] == 6 + fits
     launches = own.launches()
-    assert len(launches) == 4
+    assert len(launches) == 5
     program = Program(launches)
     for _ in range(2):  # the tickets and the counts begin anew
         program.run()
         check_same(own, step)
+        own.state.active.clear()  # larger zones begin at the last solution
 
 
 def test_a_program_makes_no_arrays_and_reads_nothing(monkeypatch):
@@ -113,7 +119,7 @@ def test_the_arguments_have_the_types_of_the_contracts(monkeypatch):
     monkeypatch.setattr(Kernel, "prepare", noted)
     own.launches()
     own.stage.to_measure(own.inputs, own.state)
-    assert len(launched) == 5
+    assert len(launched) == 6
     for kernel, arguments in launched.items():
         (expected,) = ptx.signatures(kernel).values()
         for argument, kind in zip(arguments, expected, strict=True):
@@ -192,7 +198,7 @@ def test_grouping_and_solving_are_one_program_without_host_reads():
     grouping = GroupingStage(own.inputs.nodes, pinned, stuck, rule, on_gpu)
     own.zones = listed.listed_zones(grouping.lists, on_gpu)
     program = Program([*grouping.launches(), *own.launches()])
-    assert len(program.launches) == 5
+    assert len(program.launches) == 6
     program.run()
     run(step)
     check_same(own, step)

@@ -7,13 +7,15 @@ import pytest
 
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.scaled_constraints import scale_constraints
-from izo_ref.solvers.serial import group_guess
+from izo_ref.solvers.serial import envelope, group_guess, group_memory, group_order
+from izo_ref.solvers.serial import group_pivot as group_pivot_module
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
 from izo_ref.solvers.serial.small_zone import Limits
 from izo_ref.zones.system import problem_system
 from tests.helpers.logged import Log, logged
 from validation.scenes.piles import stack_zone
+from validation.study import group_zones
 
 LIMITS = Limits(1e-9, 1e-12, 1e4, np.zeros(1, bool))
 SEED = 3
@@ -28,32 +30,45 @@ def solved(seed, group, log, near_size=0):
     last = int(system.vertex_offsets[1])
     n_numbers, n_indices = work_of_group_pivot(n, last, n)
     own = (rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths)
+    own = (*own, system.proposed[:last])
     work = (
         np.full(near_size, np.nan),
         np.full(n_numbers, np.nan),
         np.full(n_indices, -7, np.int32),
-        np.full(n, np.nan),
+        np.zeros(n),
         np.full(3 * last, np.nan),
     )
     arrays = [logged(a, log) if log is not None else a for a in (*own, *work)]
 
-    arguments: list[Any] = [group, 0, n, 0, last, *arrays[:5], LIMITS, n, *arrays[5:]]
+    arguments: list[Any] = [group, 0, n, 0, last, *arrays[:6], LIMITS, *arrays[6:]]
 
     def call():
-        group_pivot(*arguments)
-        return group_pivot(*arguments)  # another zone in the same memory
+        first = group_pivot(*arguments)
+        return *first, *group_pivot(*arguments)  # another zone in the same memory
 
     status = call() if log is None else log.run(call)
     return status, work[3], work[4]
 
 
-@pytest.mark.parametrize(("n_threads", "near_size"), [(2, 0), (3, 10_000), (7, 0)])
-def test_threads_share_a_zone_without_conflicts(monkeypatch, n_threads, near_size):
+@pytest.fixture(autouse=True)
+def _small_tiles(monkeypatch):
+    """Use tiles of 4 x 4, so that a zone that is solved in seconds has several tile columns."""
+    for module in (envelope, group_memory, group_order, group_pivot_module):
+        for name, value in (("SIDE", 4), ("SHIFT", 2), ("AREA", 16)):
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, value)
+
+
+@pytest.mark.parametrize(
+    ("n_threads", "n_teams", "near_size"),
+    [(2, 1, 0), (3, 1, 10_000), (7, 1, 0), (2, 2, 0), (6, 2, 0), (6, 3, 0)],
+)
+def test_threads_share_a_zone_without_conflicts(monkeypatch, n_threads, n_teams, near_size):
     monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
     expected, u, z = solved(SEED, ALONE, None)
     assert expected[0]
     assert expected[1] > 3, "constraints are exchanged"
-    log = Log(n_threads)
+    log = Log(n_threads, n_teams=n_teams)
     results, own_u, own_z = solved(SEED, log.group(), log, near_size)
     assert log.conflicts() == (0, [])
     assert results == [expected] * n_threads
@@ -63,9 +78,28 @@ def test_threads_share_a_zone_without_conflicts(monkeypatch, n_threads, near_siz
 
 
 def test_no_wait_can_be_left_out(monkeypatch):
+    """Some waits are needed between teams only, others in a team of several threads only."""
     monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
-    log = Log(3)
-    solved(SEED, log.group(), log)
-    sites = {site for site in log.sites.values() if site is not None}
-    assert len(sites) >= 12
-    assert [site for site in sorted(sites) if log.conflicts(site)[0] == 0] == []
+    logs = [Log(4), Log(4, n_teams=2), Log(6, n_teams=3)]
+    for log in logs:
+        solved(SEED, log.group(), log)
+    sites = {site for log in logs for site in log.team_sites.values() if site is not None}
+    assert len(sites) >= 22
+    needless = [s for s in sorted(sites) if not any(log.conflicts(s)[0] for log in logs)]
+    assert needless == []
+
+
+def test_the_study_counts_waits(monkeypatch):
+    """The study of lower bounds computes how often a group waits; here it is counted."""
+    monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
+    monkeypatch.setattr(group_zones, "GUESS_STEPS", GUESS_STEPS)
+    log = Log(2)
+    (result, _), u, _ = solved(SEED, log.group(), log)
+    active, expected = int(np.count_nonzero(u)), 0
+    for solves in result[1::2]:  # the zone is solved twice
+        own = group_zones.GroupZone(len(u), active, solves, -(-active // 4), 0, 0.0, True)
+        expected += group_zones.count_waits(own)
+    # Not every solve exchanges constraints, no factor before is larger than the last one, and
+    # nothing looks for hopeless constraints here.
+    fewer = (group_zones.WAITS_OF_A_SOLVE + 4) * sum(result[1::2])
+    assert expected - fewer <= len(log.sites) <= expected

@@ -9,6 +9,7 @@ from izo_ref.base.arrays import Flags, Floats, Ints
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.solvers.serial.constraints import residuals
+from izo_ref.solvers.serial.envelope import SIDE
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
 from izo_ref.solvers.serial.small_zone import Limits
@@ -35,9 +36,13 @@ class Pivoted(NamedTuple):
 
 
 def pivoted(
-    zone: ZoneProblem, most_active: int = 10_000, near_size: int = 0, limits: Limits = LIMITS
+    zone: ZoneProblem,
+    most_active: int = 10_000,
+    near_size: int = 0,
+    limits: Limits = LIMITS,
+    last_solution: Floats | None = None,
 ) -> Pivoted:
-    """Solve a zone by a group of one thread."""
+    """Solve a zone by a group of one thread, whose factor has room for `most_active` dense rows."""
     system, _ = problem_system([zone])
     rows, n = scale_constraints(system), len(zone.nodes)
     last = int(system.vertex_offsets[1])
@@ -48,8 +53,9 @@ def pivoted(
         np.full(n_numbers, np.nan),
         np.full(n_indices, -7, np.int32),
     )
-    u, z = np.full(n, np.nan), np.full(3 * last, np.nan)
-    solved, solves = group_pivot(ALONE, 0, n, 0, last, *own, limits, most_active, *work, u, z)
+    u = np.zeros(n) if last_solution is None else last_solution.copy()
+    z, positions = np.full(3 * last, np.nan), system.proposed[:last]
+    solved, solves = group_pivot(ALONE, 0, n, 0, last, *own, positions, limits, *work, u, z)
     violation_m, gap = residuals(0, *own, u, z)
     displacements = z.reshape(-1, 3) / np.sqrt(system.masses[:last])[:, None]
     return Pivoted(solved, solves, u, displacements, violation_m, gap)
@@ -102,13 +108,34 @@ def test_near_memory_changes_no_bit(rng, near_size):
     assert np.array_equal(found.displacements, expected.displacements)
 
 
-def test_a_zone_with_more_active_constraints_than_allowed_is_left(rng):
+def test_a_zone_whose_factor_does_not_fit_is_left(rng):
+    """The impacts of this zone share vertices with many others, so its factor is dense."""
     zone = random_zone(rng, 60, fresh_only=True)
     found = pivoted(zone)
     n_active = int(np.count_nonzero(found.multipliers))
     assert found.solved
     assert pivoted(zone, most_active=n_active).solved
-    assert not pivoted(zone, most_active=n_active - 1).solved
+    assert not pivoted(zone, most_active=n_active - SIDE).solved
+
+
+def test_a_long_zone_needs_little_room(rng):
+    """The factor of a chain is narrow, in whichever order its impacts are numbered."""
+    zone = chain_zone(rng, 400)
+    order = rng.permutation(len(zone.nodes))
+    own = zone.nodes[order], zone.weights[order], zone.normals[order], zone.proposed, zone.masses
+    for one in (zone, ZoneProblem(*own, zone.thickness)):
+        assert np.count_nonzero(pivoted(one).multipliers) > 6 * SIDE
+        assert pivoted(one, most_active=6 * SIDE).solved
+
+
+def test_the_last_solution_saves_solves(rng):
+    zone = stack_zone(rng, 6, 9)
+    found = pivoted(zone)
+    again = pivoted(zone, last_solution=found.multipliers)
+    assert found.solved
+    assert again.solved
+    assert again.solves < found.solves
+    assert again.gap <= TOLERANCE
 
 
 def test_a_satisfied_zone_stays_where_it_is(rng):

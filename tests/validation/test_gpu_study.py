@@ -13,11 +13,13 @@ from validation.report import cuda as report
 from validation.report import cuda_bounds
 from validation.rows import Rows, read
 from validation.scenes.sheets import meeting_sheets
+from validation.scenes.zones import random_zone
 from validation.study import cuda, gpu_bounds, gpu_launches, operations
-from validation.study.gpu_bounds import Sizes, Zone
+from validation.study.gpu_bounds import Sizes
 from validation.study.gpu_counts import Counts, typical
 from validation.study.gpu_limits import LIMITS
 from validation.study.gpu_machines import MACHINES, Machine
+from validation.study.group_zones import GroupZone, count_waits, solve_by_one
 
 SIZES = Sizes(100_000, 50_000, 150_000, 20_000, 3000, 800, 50, 50_000, 16)
 ONE = Machine(1e9, 1e9, 1e9, 3e-6, 1e-6, 20e-6, 3e-6, 100)
@@ -118,11 +120,17 @@ def test_a_step_is_its_iterations_a_certificate_and_the_way_to_the_gpu():
 
 
 def test_a_zone_is_factorised_once_a_solve():
-    own = Zone(1000, 300, 10)
-    whole = gpu_bounds.zone_ms(own, ONE, 100)
-    assert whole == pytest.approx(1e3 * 10 * 300**3 / 3.0 / 1e9)
-    assert gpu_bounds.zone_ms(own, ONE, 1) == pytest.approx(100.0 * whole)
-    assert gpu_bounds.waits_ms(own) == pytest.approx(1e3 * 10 * 2 * 10 * 1.3e-6)
+    own = GroupZone(1000, 300, 10, 19, 100, 3e6, True)
+    assert gpu_bounds.zone_ms(own, ONE) == pytest.approx(1e3 * 10 * 3e6 / 1e9)
+    assert gpu_bounds.waits_ms(own) == pytest.approx(1e3 * count_waits(own) * 1.3e-6)
+
+
+def test_a_dense_factor_takes_a_third_of_the_cube(rng):
+    own = solve_by_one(random_zone(rng, 200, fresh_only=True))
+    assert own.solved
+    assert own.tiles == own.tile_rows * (own.tile_rows + 1) // 2
+    # whole tiles on the diagonal, and whole rows of the last tile
+    assert 1.0 <= own.operations / (own.active**3 / 3.0) < 1.7
 
 
 def test_the_counts_of_the_goal_are_those_of_the_limits():
@@ -167,7 +175,14 @@ def measured(tmp_path):
             rows.add(triangles=n, iteration=i, **own._asdict(), host_ms=1.0)
     Rows(tmp_path, "sizes", ("triangles",)).add(**SIZES._asdict(), operations_of_a_pair=300.0)
     Rows(tmp_path, "zone_sizes", ("zone", "impacts")).add(
-        zone="random", impacts=1000, active=600, solves=15
+        zone="random",
+        impacts=1000,
+        active=600,
+        solves=15,
+        tile_rows=38,
+        tiles=741,
+        operations=7e7,
+        solved=True,
     )
     key = {"kernel": "stage.file.kernel", "types": "f8", "capability": "8.9"}
     Rows(tmp_path, "kernels", tuple(key)).add(
@@ -185,7 +200,7 @@ def test_the_largest_counts_of_an_iteration_are_shown(measured):
 def test_the_page_says_what_is_computed(measured):
     text = report.page(measured, measured).read_text()
     computed = [line for line in text.splitlines() if line.endswith("| computed, not measured |")]
-    assert len(computed) == 7 + 2 + 2, "stages, steps and zones"
+    assert len(computed) == 7 + 2 + 1, "stages, steps and zones"
     assert "300 operations a pair" in text
     assert f"| kernels |  | 103 | {LIMITS['kernels'].most} | 15 |" in text
     assert "Python alone takes 1 ms" in text

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from izo_ref import Result, resolve, solve_zone
+from izo_ref import Result, resolve
 from izo_ref.scene import Scene
 from izo_ref.zones.problem import ZoneProblem
 from validation.rows import Rows
@@ -22,6 +22,7 @@ from validation.study.gpu_counts import Counts
 from validation.study.gpu_limits import LIMITS
 from validation.study.gpu_machines import GRID_WAIT_S, Machine
 from validation.study.gpu_parts import Clock, seeded
+from validation.study.group_zones import GroupZone, count_waits, solve_by_one
 from validation.study.operations import measured_operations
 from validation.study.parts import Say
 
@@ -33,7 +34,6 @@ PARENTS = 8 / 7  # boxes of a tree of width 8, over those of its elements
 POINT, VERTEX = 24, 48  # bytes of a position, and of both ends of a path
 IMPACT = 4 * 4 + 1 + 8 + 4 * 8 + 3 * 8  # bytes of an impact: nodes, kind, time, weights, normal
 CONTACT = 8 + 4 * 4 + 1 + 8 + 3 * 8  # bytes of a contact: key, nodes, kind, time, direction
-PANEL = 32  # columns of a dense factorisation that are done together
 PAIR, KEY = 8, 16  # bytes of a pair, and of a key with its place
 
 
@@ -154,27 +154,14 @@ def step_ms(own: Sizes, operations_of_a_pair: float, counts: Counts, machine: Ma
     return whole + certify + link_ms(own, machine)
 
 
-class Zone(NamedTuple):
-    """Sizes of a zone, measured on the CPU."""
-
-    impacts: int
-    active: int  # at the solution
-    solves: int  # of the method of the CPU
+def zone_ms(own: GroupZone, machine: Machine) -> float:
+    """Return the time to factorise a zone once a solve, at least [ms]."""
+    return 1e3 * own.solves * own.operations / machine.float64_per_s
 
 
-def zone_ms(own: Zone, machine: Machine, n_multiprocessors: int) -> float:
-    """Return the time to factorise a zone once a solve on some multiprocessors, at least [ms]."""
-    rate = machine.float64_per_s * n_multiprocessors / machine.n_multiprocessors
-    return 1e3 * own.solves * own.active**3 / 3.0 / rate
-
-
-def waits_ms(own: Zone) -> float:
-    """Return the time in which all blocks of an H200 wait for each other in these [ms].
-
-    A factorisation by panels of PANEL columns waits twice for each panel: behind the panel, and
-    behind the product with it.
-    """
-    return 1e3 * own.solves * 2 * -(-own.active // PANEL) * GRID_WAIT_S
+def waits_ms(own: GroupZone) -> float:
+    """Return the time in which all blocks of an H200 wait for each other to solve a zone [ms]."""
+    return 1e3 * count_waits(own) * GRID_WAIT_S
 
 
 def bounds(folder: Path, say: Say, _clock: Clock) -> None:
@@ -190,9 +177,8 @@ def bounds(folder: Path, say: Say, _clock: Clock) -> None:
     for name, problem in (("random", random_zone(seeded(0), IMPACTS)), ("stack", stack_of_1000())):
         key = {"zone": name, "impacts": len(problem.nodes)}
         if not rows.has(**key):
-            found = solve_zone(problem)
-            active = int(np.count_nonzero(found.multipliers > 0.0))
-            rows.add(**key, active=active, solves=found.iterations)
+            own = solve_by_one(problem)
+            rows.add(**key, **{k: v for k, v in own._asdict().items() if k not in key})
         say(f"bounds: {name} zone of {len(problem.nodes)} impacts")
 
 

@@ -21,8 +21,8 @@ class Limit(NamedTuple):
 LIMITS: dict[str, Limit] = {
     "launches": Limit(0, 0, "a launch takes 3 to 5 us of the driver, and more of Python"),
     "programs": Limit(1, 1, "all launches of an iteration are one graph, one call of the driver"),
-    # 1 of selection, 1 of grouping, 3 of solvers, 1 that moves the vertices, 5 of the detection
-    "kernels": Limit(11, 15, "a kernel of a program takes 0.7 us on an H200"),
+    # 1 of selection, 1 of grouping, 4 of solvers, 1 that moves the vertices, 5 of the detection
+    "kernels": Limit(12, 15, "a kernel of a program takes 0.7 us on an H200"),
     "prepared": Limit(0, 0, "launches are prepared when a buffer is made or has grown"),
     "recorded": Limit(0, 0, "programs are made when a buffer is made or has grown"),
     "arrays": Limit(0, 0, "a new array takes 3 us of Python"),

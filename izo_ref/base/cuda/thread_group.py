@@ -24,7 +24,7 @@ from numba import cuda
 
 from izo_ref.base.arrays import Floats, Indices
 from izo_ref.base.cuda.compile import device_function
-from izo_ref.base.serial.thread_group import ThreadGroup
+from izo_ref.base.serial.thread_group import Team, ThreadGroup
 
 WARP = 32
 PARTS = 7  # numbers of each block: its current place, and two places for three parts each
@@ -108,9 +108,20 @@ def _least(values: Indices, i: int, value: int) -> None:
 
 
 @device_function
+def _first() -> int:
+    return 0
+
+
+@device_function
+def _one() -> int:
+    return 1
+
+
+@device_function
 def block() -> ThreadGroup:
     """Return the thread group of a block."""
-    return ThreadGroup(_rank, _size, _wait, _sums, _maxima, _add, _least, None)
+    team = Team(_rank, _size, _wait, _first, _one)
+    return ThreadGroup(_rank, _size, _wait, _sums, _maxima, _add, _least, team, None)
 
 
 @device_function
@@ -121,6 +132,16 @@ def _rank_in_grid() -> int:
 @device_function
 def _size_of_grid() -> int:
     return cuda.gridDim.x * cuda.blockDim.x
+
+
+@device_function
+def _number_of_block() -> int:
+    return cuda.blockIdx.x
+
+
+@device_function
+def _count_blocks() -> int:
+    return cuda.gridDim.x
 
 
 @device_function
@@ -175,6 +196,7 @@ def grid(parts: Floats) -> ThreadGroup:
     Args:
         parts: (n_blocks, PARTS) f8, work space in the memory of the GPU, zeros at first.
     """
+    team = Team(_rank, _size, _wait, _number_of_block, _count_blocks)
     return ThreadGroup(
         _rank_in_grid,
         _size_of_grid,
@@ -183,5 +205,6 @@ def grid(parts: Floats) -> ThreadGroup:
         _maxima_of_grid,
         _add,
         _least,
+        team,
         parts,
     )

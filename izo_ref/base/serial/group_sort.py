@@ -5,7 +5,7 @@ until one run is left. In a pass, each key finds its place by itself: a search i
 how many of its keys come before. So a pass takes one wait, and no thread depends on another.
 """
 
-from izo_ref.base.arrays import AnyInt, Indices
+from izo_ref.base.arrays import AnyInt, AnyInts
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup
 
@@ -15,7 +15,7 @@ RUN = 8
 
 
 @compiled
-def place_in_merge(keys: Indices, n: int, width: int, i: int) -> AnyInt:
+def place_in_merge(keys: AnyInts, n: int, width: int, i: int) -> AnyInt:
     """Return the place of key i when each sorted run of `width` keys is merged with the next.
 
     Equal keys keep their order. The runs begin at key 0, and the last one ends at key n - 1.
@@ -35,7 +35,7 @@ def place_in_merge(keys: Indices, n: int, width: int, i: int) -> AnyInt:
 
 
 @compiled
-def _sort_run(begin: int, end: int, keys: Indices, keys_out: Indices, places_out: Indices) -> None:
+def _sort_run(begin: int, end: int, keys: AnyInts, keys_out: AnyInts, places_out: AnyInts) -> None:
     """Sort the keys from `begin` to `end` - 1 by insertion; `keys_out` may be `keys`."""
     for i in range(begin, end):
         key = keys[i]
@@ -50,10 +50,10 @@ def _sort_run(begin: int, end: int, keys: Indices, keys_out: Indices, places_out
 def group_sort(
     group: ThreadGroup,
     n: int,
-    keys: Indices,
-    places_out: Indices,
-    other_keys: Indices,
-    other_places: Indices,
+    keys: AnyInts,
+    places_out: AnyInts,
+    other_keys: AnyInts,
+    other_places: AnyInts,
 ) -> None:
     """Sort the first n keys in place; equal keys keep their order.
 
@@ -63,10 +63,10 @@ def group_sort(
     Args:
         group: The threads.
         n: Number of keys; the same for all threads.
-        keys: (>= n,) i8, which become sorted.
-        places_out: (>= n,) i8, where each of the sorted keys was.
-        other_keys: (>= n,) i8, work space.
-        other_places: (>= n,) i8, work space.
+        keys: (>= n,) i8 or i4, which become sorted.
+        places_out: (>= n,) i8 or i4, where each of the sorted keys was.
+        other_keys: (>= n,) i8 or i4, work space.
+        other_places: (>= n,) i8 or i4, work space.
     """
     target, target_places = keys, places_out
     source, source_places = other_keys, other_places

@@ -6,6 +6,9 @@ the entry at once. Other threads may read the entry after the next `wait`, sum o
 sums and maxima wait, too. Each thread must call every wait, sum and maximum. All threads get the
 same sums and maxima, so they all take the same branches.
 
+The threads of a group belong to teams of the same size, which are the blocks of a GPU. The threads
+of a team wait for each other in less time than all threads do. Team 0 has the first ranks.
+
 Several threads may change one integer between two waits by `group_add` and `group_least` alone.
 What `group_add` returns depends on the order of the threads, so results must not depend on it:
 lists that are filled by it are sorted afterwards.
@@ -19,6 +22,16 @@ from numba.extending import intrinsic
 
 from izo_ref.base.arrays import Indices
 from izo_ref.base.compile import compiled
+
+
+class Team(NamedTuple):
+    """The functions of the threads that share a team with the calling thread."""
+
+    rank: Any  # () -> the number of this thread in its team, from 0
+    size: Any  # () -> the number of threads in a team
+    wait: Any  # () -> None, when all threads of the team have come here
+    number: Any  # () -> the number of the team, from 0
+    count: Any  # () -> the number of teams
 
 
 class ThreadGroup(NamedTuple):
@@ -35,6 +48,7 @@ class ThreadGroup(NamedTuple):
     maxima: Any  # (parts, a, b) -> two maxima over all threads
     add: Any  # (values, i, amount) -> values[i] before the amount is added to it, at once
     least: Any  # (values, i, value) -> None, values[i] becomes the lesser of the two, at once
+    team: Team  # the threads with which this thread shares a team
     parts: Any  # work space of `sums` and `maxima`, where several blocks need it; else None
 
 
@@ -109,8 +123,17 @@ def _own_least(values: Indices, i: int, value: int) -> None:
     values[i] = min(values[i], value)
 
 
+_ALONE_IN_TEAM = Team(_first_rank, _size_of_one, _no_wait, _first_rank, _size_of_one)
 ALONE = ThreadGroup(
-    _first_rank, _size_of_one, _no_wait, _own_sums, _own_maxima, _own_add, _own_least, None
+    _first_rank,
+    _size_of_one,
+    _no_wait,
+    _own_sums,
+    _own_maxima,
+    _own_add,
+    _own_least,
+    _ALONE_IN_TEAM,
+    None,
 )
 
 

@@ -7,9 +7,9 @@ from izo_ref.base.arrays import Floats, Indices, Ints, Offsets
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import WARP, block, grid
 from izo_ref.solvers.serial import zone_rows
-from izo_ref.solvers.serial.listed_zones import solve_by_group, solve_in_slot
+from izo_ref.solvers.serial.listed_zones import solve_by_all, solve_by_group, solve_in_slot
 from izo_ref.solvers.serial.small_zone import Limits
-from izo_ref.solvers.serial.zone_buffers import StepInputs, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 
@@ -18,6 +18,7 @@ def write_rows(
     # In:
     zones: ListedZones,  # ListedZones, of zones/serial/listed_zones.py
     inputs: StepInputs,  # StepInputs, of solvers/serial/zone_buffers.py
+    state: StepState,  # StepState
     # Out:
     rows_out: ZoneRows,  # ZoneRows
     answers_out: ZoneAnswers,  # ZoneAnswers, all zones become unsolved
@@ -29,7 +30,7 @@ def write_rows(
     """Write the constraints of all zones, and begin all counts anew."""
     group = grid(parts_out)
     zone_rows.write_rows(
-        group, zones, inputs, rows_out, answers_out, places_out, sizes_out, counts_out
+        group, zones, inputs, state, rows_out, answers_out, places_out, sizes_out, counts_out
     )
 
 
@@ -74,7 +75,6 @@ def solve_list_in_blocks(
     vertex_offsets: Offsets,  # (n_zones + 1,) i8
     rows: ZoneRows,  # ZoneRows, of solvers/serial/zone_buffers.py
     limits: Limits,  # Limits, of solvers/serial/small_zone.py
-    most_active: int,  # i8, largest number of active constraints
     # Out:
     sizes_out: Indices,  # (8,) i8, how much is to be done; the tickets are counted up
     answers_out: ZoneAnswers,  # ZoneAnswers, entries of these zones are written
@@ -91,9 +91,29 @@ def solve_list_in_blocks(
         sizes_out,
         rows,
         limits,
-        most_active,
         shared[3 * (cuda.blockDim.x + WARP) :],
         numbers_out[cuda.blockIdx.x],
         indices_out[cuda.blockIdx.x],
         answers_out,
     )
+
+
+@cuda_kernel
+def solve_list_by_grid(
+    # In:
+    zones: Indices,  # (n,) i8, the list of large zones
+    impact_offsets: Offsets,  # (n_zones + 1,) i8
+    vertex_offsets: Offsets,  # (n_zones + 1,) i8
+    sizes: Indices,  # (8,) i8, how much is to be done
+    rows: ZoneRows,  # ZoneRows, of solvers/serial/zone_buffers.py
+    limits: Limits,  # Limits, of solvers/serial/small_zone.py
+    # Out:
+    answers_out: ZoneAnswers,  # ZoneAnswers, entries of these zones are written
+    numbers_out: Floats,  # (k,) f8, work space
+    indices_out: Ints,  # (l,) i4, work space
+    parts_out: Floats,  # (n_blocks, 7) f8, zeros, work space
+) -> None:
+    """Solve large zones, one after the other, by all blocks."""
+    group = grid(parts_out)
+    own = zones, impact_offsets, vertex_offsets, sizes, rows, limits
+    solve_by_all(group, *own, numbers_out, indices_out, answers_out)

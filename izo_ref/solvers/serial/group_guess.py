@@ -22,13 +22,13 @@ GUESS_STEPS = 200
 
 @compiled
 def guess_active(zone: Zone, memory: Memory) -> None:
-    """Guess u, and take the constraints with u > 0 as active."""
+    """Guess u, from `earlier` on, and take the constraints with u > 0 as active."""
     group, n = zone.group, zone.rhs.shape[0]
     u, ahead = memory.u, memory.right
     for j in range(group.rank(), n, group.size()):
         total = row_sum(zone, j)
         memory.scales[j] = 1.0 / total if total > 0.0 else 0.0
-        u[j], ahead[j] = 0.0, 0.0
+        u[j] = ahead[j] = memory.earlier[j]
     group.wait()
     for step in range(GUESS_STEPS):
         pull(zone, ahead, memory.z)

@@ -4,17 +4,27 @@ It is the method of `solvers/pivoting.py`, which says where it is from: the set 
 constraints is guessed, (C_F C_F^T + rho) u_F = s_F + rho v_F gives all multipliers, and constraints
 on the wrong side change sides, by the same rules. Two things differ.
 
-* The factors are dense. A group factors some hundred rows faster than it could follow a pattern.
-* The guess is made by the group itself (`group_guess.py`), and no last solution is needed.
+* The factors are kept in their envelope (`envelope.py`), with the constraints in an order along the
+  zone (`group_order.py`). A group follows a regular pattern faster than that of a minimum degree.
+* The last solution, if there is one, is only where the guess starts (`group_guess.py`).
 """
 
 import math
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyInt, Floats, Ints, Normals
+from izo_ref.base.arrays import Floats, Ints, Normals, Positions
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_maxima, group_sums
+from izo_ref.solvers.serial.envelope import (
+    SHIFT,
+    SIDE,
+    Envelope,
+    factorize,
+    size_of,
+    solve,
+    tile_at,
+)
 from izo_ref.solvers.serial.exchange_rules import (
     FALLS,
     MAX_STEPS,
@@ -23,10 +33,10 @@ from izo_ref.solvers.serial.exchange_rules import (
     STALLED_SLOP,
     TOLERATED_SLOP,
 )
-from izo_ref.solvers.serial.group_cholesky import factorize, packed_size, solve
 from izo_ref.solvers.serial.group_exchange import exchange, flag_wrong
 from izo_ref.solvers.serial.group_guess import guess_active
-from izo_ref.solvers.serial.group_memory import Memory, vector_size
+from izo_ref.solvers.serial.group_memory import Memory, memory_of, vector_size
+from izo_ref.solvers.serial.group_order import number_active, order_constraints
 from izo_ref.solvers.serial.group_zone import Zone, add_gram_row, link_entries, product, pull
 from izo_ref.solvers.serial.settings import LEAST_TOLERANCE
 from izo_ref.solvers.serial.small_zone import Limits
@@ -44,8 +54,8 @@ def group_pivot(
     normals: Normals,
     rhs: Floats,
     lengths: Floats,
+    positions: Positions,
     limits: Limits,
-    most_active: int,
     near: Floats,
     numbers: Floats,
     indices: Ints,
@@ -65,12 +75,14 @@ def group_pivot(
         normals: (n_impacts, 3) f8.
         rhs: (n_impacts,) f8 [m kg^1/2], s.
         lengths: (n_impacts,) f8 [kg^-1/2], of the constraints before scaling.
+        positions: (n_unknowns, 3) f8 [m], proposed positions of the unpinned vertices.
         limits: What counts as solved.
-        most_active: Largest number of active constraints that is solved.
-        near: f8, fast memory of any size, which is used as far as it goes.
-        numbers: f8, work space; `work_of_group_pivot` says how much.
+        near: f8, fast memory of any size that all threads see; it is used as far as it goes.
+        numbers: f8, work space; `work_of_group_pivot` says how much. A zone whose factor does not
+            fit is not solved.
         indices: i4, work space; `work_of_group_pivot` says how much.
-        multipliers_out: (n_impacts,) f8 [m kg^1/2], u; begin..end are written.
+        multipliers_out: (n_impacts,) f8 [m kg^1/2], u; begin..end are written. The last solution
+            before, or 0, from which the guess starts.
         z_out: (3 n_unknowns,) f8 [m kg^1/2]; the coordinates of first..last are written.
 
     Returns:
@@ -92,36 +104,22 @@ def group_pivot(
     vectors, factors = numbers[:size], numbers[size:]
     if size <= near.shape[0]:
         vectors, near = near[:size], near[size:]
-    rest = indices[n_vertices + 4 * n :]
-    memory = Memory(
-        vectors[:n],
-        vectors[n : 2 * n],
-        vectors[2 * n : 3 * n],
-        vectors[3 * n : 4 * n],
-        vectors[4 * n : 5 * n],
-        vectors[5 * n : 6 * n],
-        vectors[6 * n : 6 * n + 3 * n_vertices],
-        rest[:n],
-        rest[n : 2 * n],
-        rest[2 * n : 3 * n],
-        rest[3 * n : 4 * n],
-        rest[4 * n : 4 * n + n_vertices],
-    )
+    memory = memory_of(n, n_vertices, vectors, indices[n_vertices + 4 * n :])
     largest, longest = 0.0, 0.0
     for j in range(group.rank(), n, group.size()):
         largest, longest = max(largest, zone.rhs[j]), max(longest, lengths[begin + j])
+        memory.earlier[j] = multipliers_out[begin + j]
     # this wait is also one for threads that still read the same memory of the zone before
     largest, longest = group_maxima(group, largest, longest)
     link_entries(zone)
     solved, steps = True, 0
     if largest > 0.0:
         tolerance = max(limits.violation / longest, LEAST_TOLERANCE)
+        order_constraints(zone, positions[first:last], memory)
         guess_active(zone, memory)
         gap_tolerance = max(limits.gap, LEAST_TOLERANCE)
         farthest = limits.farthest * largest
-        solved, steps = _pivot(
-            zone, memory, gap_tolerance, tolerance, farthest, most_active, near, factors
-        )
+        solved, steps = _pivot(zone, memory, gap_tolerance, tolerance, farthest, near, factors)
     else:  # the proposed positions satisfy every constraint
         for j in range(group.rank(), n, group.size()):
             memory.u[j] = 0.0
@@ -141,7 +139,6 @@ def _pivot(
     gap_tolerance: float,
     tolerance: float,
     farthest: float,
-    most_active: int,
     near: Floats,
     far: Floats,
 ) -> tuple[bool, int]:
@@ -153,24 +150,24 @@ def _pivot(
         gap_tolerance: Largest relative duality gap.
         tolerance: Largest s - C z.
         farthest: Largest |z|; an answer that is farther off is useless.
-        most_active: Largest number of active constraints.
         near: f8, fast memory for the factor, where it fits.
-        far: (>= packed_size(most_active),) f8, memory for the factor.
+        far: f8, memory for the factor; the zone is not solved if it does not fit there either.
 
     Returns:
         Whether the zone is solved, and the number of solves.
     """
     slop = TOLERATED_SLOP * tolerance
     fewest, since, last_off = zone.rhs.shape[0] + 1.0, 0, np.inf
-    q, changed, factor = 0, True, far
+    changed, factor, envelope = True, far, number_active(zone, memory)
     for step in range(1, MAX_STEPS + 1):
         if changed:
-            q = _number_active(zone.group, memory)
-            if q > most_active:
+            if step > 1:
+                envelope = number_active(zone, memory)
+            if size_of(envelope) > far.shape[0]:
                 return False, step
-            factor = near if packed_size(q) <= near.shape[0] else far
-            _factorize_active(zone, memory, q, factor)
-        _solve_active(zone, memory, q, factor)
+            factor = near if size_of(envelope) <= near.shape[0] else far
+            _factorize_active(zone, memory, envelope, factor)
+        _solve_active(zone, memory, envelope, factor)
         count = flag_wrong(zone, memory, slop)
         changed = count > 0.0
         if changed:
@@ -190,46 +187,32 @@ def _pivot(
 
 
 @compiled
-def _number_active(group: ThreadGroup, memory: Memory) -> int:
-    """Number the active constraints, and return how many there are."""
-    q, mine = 0, group.rank()
-    for j in range(memory.is_active.shape[0]):
-        is_active = memory.is_active[j] != 0
-        if j == mine:
-            memory.places[j] = q if is_active else -1
-            if is_active:
-                memory.active[q] = j
-            mine += group.size()
-        if is_active:
-            q += 1
-    group.wait()
-    return q
-
-
-@compiled
-def _factorize_active(zone: Zone, memory: Memory, q: AnyInt, factor: Floats) -> None:
+def _factorize_active(zone: Zone, memory: Memory, envelope: Envelope, factor: Floats) -> None:
     """Compute K_FF + rho, each thread its own rows, and factor it."""
     group = zone.group
-    for a in range(group.rank(), q, group.size()):
-        at = packed_size(a)
-        row = factor[at : at + a + 1]
-        for b in range(a):
-            row[b] = 0.0
-        row[a] = RHO
-        add_gram_row(zone, memory.active[a], memory.places, row)
+    for i in range(group.rank(), size_of(envelope), group.size()):
+        factor[i] = 0.0
     group.wait()
-    factorize(group, factor, q, memory.scales)
+    for a in range(group.rank(), envelope.n_rows, group.size()):
+        row = factor[tile_at(envelope, a >> SHIFT, 0) + (a & (SIDE - 1)) :]
+        row[SIDE * a] = RHO
+        add_gram_row(zone, memory.active[a], memory.places, row, SIDE)
+    group.wait()
+    factorize(group, envelope, factor, memory.scales)
 
 
 @compiled
-def _solve_active(zone: Zone, memory: Memory, q: AnyInt, factor: Floats) -> None:
+def _solve_active(zone: Zone, memory: Memory, envelope: Envelope, factor: Floats) -> None:
     """Compute u, z = C^T u and C z for the active constraints."""
     group = zone.group
-    for a in range(group.rank(), q, group.size()):
-        j = memory.active[a]
-        memory.right[a] = zone.rhs[j] + RHO * memory.earlier[j]
+    for a in range(group.rank(), SIDE * envelope.n, group.size()):
+        value = 0.0
+        if a < envelope.n_rows:
+            j = memory.active[a]
+            value = zone.rhs[j] + RHO * memory.earlier[j]
+        memory.right[a] = value
     group.wait()
-    solve(group, factor, q, memory.scales, memory.right, memory.rest)
+    solve(group, envelope, factor, memory.scales, memory.right)
     for j in range(group.rank(), zone.rhs.shape[0], group.size()):
         place = memory.places[j]
         memory.u[j] = memory.right[place] if place >= 0 else 0.0

@@ -30,11 +30,16 @@ class Zone(NamedTuple):
 
 @compiled
 def link_entries(zone: Zone) -> None:
-    """Write the linked lists; each thread reads all nodes, and links those of some vertices."""
+    """Write the linked lists; each thread reads all nodes, and links those of some vertices.
+
+    All threads have to wait before they read the lists.
+    """
     n_vertices, group = zone.heads.shape[0], zone.group
     share = (n_vertices + group.size() - 1) // group.size()
-    low = group.rank() * share
+    low = min(group.rank() * share, n_vertices)
     high = min(low + share, n_vertices)
+    if low == high:
+        return
     for i in range(low, high):
         zone.heads[i] = -1
     for j in range(zone.nodes.shape[0]):
@@ -43,7 +48,6 @@ def link_entries(zone: Zone) -> None:
             if low <= at < high:
                 zone.chain[4 * j + k] = zone.heads[at]
                 zone.heads[at] = 4 * j + k
-    group.wait()
 
 
 @compiled
@@ -103,15 +107,18 @@ def row_sum(zone: Zone, i: AnyInt) -> float:
 
 
 @compiled
-def add_gram_row(zone: Zone, i: AnyInt, places: Ints, row: Floats) -> None:
-    """Add row i of K = C C^T to a row of numbers, up to its own place.
+def add_gram_row(zone: Zone, i: AnyInt, places: Ints, row: Floats, stride: AnyInt) -> None:
+    """Add row i of K = C C^T to numbers, up to its own place.
 
     Args:
         zone: The zone.
         i: The constraint.
         places: (n,) i4, the place of each constraint in the row; < 0 for those without one.
-        row: (places[i] + 1,) f8, is written.
+        row: f8, the numbers of the row, `stride` apart, up to places[i]; those that K has are
+            added to.
+        stride: Distance of two numbers of the row.
     """
+    own_place = places[place(i)]
     for k in range(4):
         node = zone.nodes[place(i), k]
         if node >= 0:
@@ -119,7 +126,7 @@ def add_gram_row(zone: Zone, i: AnyInt, places: Ints, row: Floats) -> None:
             while entry >= 0:
                 j = place(entry >> 2)
                 column = places[j]
-                if 0 <= column < row.shape[0]:
+                if 0 <= column <= own_place:
                     share = own * zone.coefficients[j, place(entry & 3)]
-                    row[place(column)] += share * cosine(zone, i, j)
+                    row[place(stride * column)] += share * cosine(zone, i, j)
                 entry = zone.chain[place(entry)]

@@ -1,10 +1,10 @@
-"""Solve the zones of a list: small ones by one thread each, middle ones by a thread group each."""
+"""Solve the zones of a list: small ones by one thread each, others by a thread group each."""
 
 from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Offsets
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_add, group_maxima
 from izo_ref.solvers.serial import zone_buffers as at
-from izo_ref.solvers.serial.group_memory import work_of_group_pivot
+from izo_ref.solvers.serial.group_memory import index_size, vector_size
 from izo_ref.solvers.serial.group_pivot import group_pivot
 from izo_ref.solvers.serial.small_zone import (
     BLOCK_PIVOT,
@@ -105,7 +105,6 @@ def solve_by_group(
     sizes: Indices,
     rows: ZoneRows,
     limits: Limits,
-    most_active: int,
     near: Floats,
     numbers: Floats,
     indices: Ints,
@@ -121,44 +120,92 @@ def solve_by_group(
         sizes: (N_SIZES,) i8; MIDDLE is the length of the list, and TICKET is counted up.
         rows: The constraints of all zones.
         limits: What counts as solved.
-        most_active: Largest number of active constraints that is solved.
         near: f8, fast memory of any size, which is used as far as it goes.
         numbers: f8, work space of the group. Zones that it is too small for are not solved.
         indices: i4, work space of the group.
         answers_out: The entries of these zones are written.
     """
+    own = impact_offsets, vertex_offsets, rows, limits, near, numbers, indices
     while True:
         taken = _next_zone(group, zones, impact_offsets, sizes)
         if taken < 0:
             return
-        zone = int(zones[taken])
-        begin, end = impact_offsets[zone], impact_offsets[zone + 1]
-        first, last = vertex_offsets[zone], vertex_offsets[zone + 1]
-        n_numbers, n_indices = work_of_group_pivot(end - begin, last - first, most_active)
-        solved, steps = False, 0
-        has_room = n_numbers <= numbers.shape[0] and n_indices <= indices.shape[0]
-        if has_room and not group_finds_hopeless(group, begin, end, rows.hopeless):
-            solved, steps = group_pivot(
-                group,
-                begin,
-                end,
-                first,
-                last,
-                rows.unknowns,
-                rows.coefficients,
-                rows.normals,
-                rows.rhs,
-                rows.lengths,
-                limits,
-                most_active,
-                near,
-                numbers,
-                indices,
-                answers_out.multipliers,
-                answers_out.z,
-            )
-        if group.rank() == 0:
-            answers_out.solved[zone], answers_out.steps[zone] = solved, steps
+        _solve_zone(group, int(zones[taken]), *own, answers_out)
+
+
+@compiled
+def solve_by_all(
+    group: ThreadGroup,
+    zones: Indices,
+    impact_offsets: Offsets,
+    vertex_offsets: Offsets,
+    sizes: Indices,
+    rows: ZoneRows,
+    limits: Limits,
+    numbers: Floats,
+    indices: Ints,
+    answers_out: ZoneAnswers,
+) -> None:
+    """Solve large zones, one after the other, by all threads that there are.
+
+    Args:
+        group: The threads.
+        zones: i8, the list of large zones.
+        impact_offsets: (n_zones + 1,) i8.
+        vertex_offsets: (n_zones + 1,) i8.
+        sizes: (N_SIZES,) i8; LARGE is the length of the list.
+        rows: The constraints of all zones.
+        limits: What counts as solved.
+        numbers: f8, work space. Zones that it is too small for are not solved.
+        indices: i4, work space.
+        answers_out: The entries of these zones are written.
+    """
+    own = impact_offsets, vertex_offsets, rows, limits, numbers[:0], numbers, indices
+    for i in range(sizes[at.LARGE]):
+        _solve_zone(group, int(zones[i]), *own, answers_out)
+
+
+@compiled
+def _solve_zone(
+    group: ThreadGroup,
+    zone: int,
+    impact_offsets: Offsets,
+    vertex_offsets: Offsets,
+    rows: ZoneRows,
+    limits: Limits,
+    near: Floats,
+    numbers: Floats,
+    indices: Ints,
+    answers_out: ZoneAnswers,
+) -> None:
+    """Solve a zone by a group; parameters as of `solve_by_group`."""
+    begin, end = impact_offsets[zone], impact_offsets[zone + 1]
+    first, last = vertex_offsets[zone], vertex_offsets[zone + 1]
+    solved, steps = False, 0
+    has_numbers = vector_size(end - begin, last - first) <= numbers.shape[0]
+    has_room = has_numbers and index_size(end - begin, last - first) <= indices.shape[0]
+    if has_room and not group_finds_hopeless(group, begin, end, rows.hopeless):
+        solved, steps = group_pivot(
+            group,
+            begin,
+            end,
+            first,
+            last,
+            rows.unknowns,
+            rows.coefficients,
+            rows.normals,
+            rows.rhs,
+            rows.lengths,
+            rows.positions,
+            limits,
+            near,
+            numbers,
+            indices,
+            answers_out.multipliers,
+            answers_out.z,
+        )
+    if group.rank() == 0:
+        answers_out.solved[zone], answers_out.steps[zone] = solved, steps
 
 
 @compiled

@@ -59,12 +59,13 @@ class ZoneRows(NamedTuple):
     rhs: Floats  # (n_impacts,) f8 [m kg^1/2], s
     lengths: Floats  # (n_impacts,) f8 [kg^-1/2], lengths of the rows before scaling
     hopeless: Flags  # (n_impacts,) b1, violated, and no unpinned vertex can change it
+    positions: Positions  # (n_unpinned, 3) f8 [m], proposed, of the unpinned vertices
 
 
 class ZoneAnswers(NamedTuple):
     """Solutions of all zones in scaled variables; the entries of unsolved zones are invalid."""
 
-    multipliers: Multipliers  # (n_impacts,) f8 [m kg^1/2], of the constraints of unit length
+    multipliers: Multipliers  # (n_impacts,) f8 [m kg^1/2]; before, those of the last solution
     z: Floats  # (3 n_unpinned,) f8 [m kg^1/2]
     solved: Flags  # (n_zones,) b1
     steps: Ints  # (n_zones,) i4, steps of the method that gave the answer

@@ -5,7 +5,7 @@ from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.constraints import scale_constraint
-from izo_ref.solvers.serial.zone_buffers import StepInputs, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
 from izo_ref.zones.serial import listed_zones as listed
 from izo_ref.zones.serial.listed_zones import ListedZones, all_fit
 
@@ -15,6 +15,7 @@ def write_rows(
     group: ThreadGroup,
     zones: ListedZones,
     inputs: StepInputs,
+    state: StepState,
     rows_out: ZoneRows,
     answers_out: ZoneAnswers,
     places_out: Ints,
@@ -27,8 +28,9 @@ def write_rows(
         group: The threads.
         zones: The zones, which may not fit: then nothing is to be done.
         inputs: The impacts and the step.
+        state: The last solution, in which new impacts are not active.
         rows_out: The constraints are written.
-        answers_out: All zones become unsolved.
+        answers_out: All zones become unsolved, and get the multipliers of the last solution.
         places_out: (n_vertices,) i4, the place of each vertex in those of the zones; the entries
             of other vertices are not written.
         sizes_out: (N_SIZES,) i8, how much is to be done.
@@ -42,10 +44,16 @@ def write_rows(
         for zone in range(rank, zones.counts[listed.ZONES], size):
             answers_out.solved[zone] = False
         for i in range(rank, zones.counts[listed.VERTICES], size):
-            places_out[zones.vertices[i]] = i
+            vertex = zones.vertices[i]
+            places_out[vertex] = i
+            for axis in range(3):
+                rows_out.positions[i, axis] = inputs.proposed[vertex, axis]
         group.wait()
         for i in range(rank, zones.counts[listed.IMPACTS], size):
-            _write_row(i, zones.impacts[i], inputs, places_out, rows_out)
+            impact = zones.impacts[i]
+            _write_row(i, impact, inputs, places_out, rows_out)
+            last = state.multipliers[impact] if state.active[impact] else 0.0
+            answers_out.multipliers[i] = last * rows_out.lengths[i]
 
 
 @compiled

@@ -1,0 +1,337 @@
+"""Cholesky factors of a sparse symmetric matrix in its envelope, computed by a thread group.
+
+A = L L^T, and L takes the place of A. The envelope of a row reaches from its first entry that is
+not zero to the diagonal, and L has no entry outside of it. So if rows are numbered along the length
+of a zone, L is narrow: a row has entries for its neighbours, and not for all rows before it.
+
+The envelope is kept in tiles of SIDE x SIDE numbers. Tile row i has the tiles from `firsts[i]` to
+i, one behind the other, and each of them column by column. No row begins before the row above it,
+so that the tile rows with an entry in a tile column are neighbours, too.
+
+For each tile column, the threads wait twice. They compute its tiles below the diagonal, wait, and
+take the products of these tiles from the tiles to the right. Meanwhile, one team takes them from
+the next tile on the diagonal, and factors it. So it is there when all threads have waited again.
+
+Source: A. George and J. W. Liu, Computer Solution of Large Sparse Positive Definite Systems (1981),
+chapter 4; the tiles are those of A. Buttari et al., A class of parallel tiled linear algebra
+algorithms for multicore architectures (2009).
+"""
+
+import math
+from typing import NamedTuple
+
+from izo_ref.base.arrays import AnyInt, Floats, Ints
+from izo_ref.base.compile import compiled, inlined
+from izo_ref.base.serial.thread_group import ThreadGroup
+from izo_ref.base.serial.views import ONE, place
+
+# Rows of a tile. With more, fewer tile columns wait for each other, and the team that factors a
+# tile on the diagonal takes longer. Not measured on a GPU yet.
+SIDE, SHIFT = 16, 4
+AREA = SIDE * SIDE
+
+
+class Envelope(NamedTuple):
+    """Where the tiles of a matrix are; all arrays have room for more tile rows."""
+
+    n_rows: AnyInt  # rows of the matrix
+    n: AnyInt  # tile rows
+    firsts: Ints  # (n,) i4, the first tile of each tile row; ascending
+    lasts: Ints  # (n,) i4, the last tile of each tile column; ascending
+    starts: Ints  # (n + 1,) i4, how many tiles come before each tile row
+
+
+@inlined
+def count_tiles(n: AnyInt) -> int:
+    """Return how many tile rows n rows take."""
+    return (n + SIDE - 1) >> SHIFT
+
+
+@inlined
+def dense_size(n: AnyInt) -> int:
+    """Return how many numbers the tiles of n rows have, if every row begins at column 0."""
+    tiles = (n + SIDE - 1) >> SHIFT
+    return AREA * ((tiles * (tiles + 1)) >> 1)
+
+
+@compiled
+def complete(envelope: Envelope) -> None:
+    """Complete an envelope; one thread calls this.
+
+    Args:
+        envelope: `firsts` has the first tile that is needed in each tile row, and becomes
+            ascending; the other arrays are written.
+    """
+    n, firsts, lasts, starts = envelope[1:]
+    least = int(n)
+    for i in range(n - 1, -1, -1):
+        least = min(least, firsts[i])
+        firsts[i] = least
+    n_before, last = 0, 0
+    for i in range(n):
+        starts[i] = n_before
+        n_before += i - firsts[i] + 1
+        while last + 1 < n and firsts[last + 1] <= i:
+            last += 1
+        lasts[i] = last
+    starts[n] = n_before
+
+
+@inlined
+def size_of(envelope: Envelope) -> int:
+    """Return how many numbers the tiles have."""
+    return AREA * envelope.starts[envelope.n]
+
+
+@inlined
+def tile_at(envelope: Envelope, i: AnyInt, j: AnyInt) -> int:
+    """Return where the numbers of tile (i, j) begin."""
+    return AREA * (envelope.starts[i] - envelope.firsts[i] + j)
+
+
+@compiled
+def factorize(group: ThreadGroup, envelope: Envelope, a: Floats, scales_out: Floats) -> None:
+    """Factor a matrix; all threads have to see it before, and see L afterwards.
+
+    A pivot that is not positive makes its column zero, and solves set its unknown to 0. So rows
+    that fill the last tile may be zero.
+
+    Args:
+        group: The threads.
+        envelope: Where the tiles are.
+        a: f8, the tiles, which become those of L below the diagonal. On the diagonal they have the
+            pivots, the squares of the diagonal of L.
+        scales_out: (>= SIDE envelope.n,) f8, the reciprocals of the diagonal of L.
+    """
+    if envelope.n == 0:
+        return
+    if _is_last_team(group):
+        _factor_tile(group, a, tile_at(envelope, 0, 0), 0, scales_out)
+    group.wait()
+    for k in range(envelope.n - 1):
+        _scale_below(group, envelope, k, a, scales_out)
+        group.wait()
+        if _is_last_team(group):
+            _take_diagonal(group, envelope, k, a)
+            _factor_tile(group, a, tile_at(envelope, k + 1, k + 1), k + 1, scales_out)
+        _take_products(group, envelope, k, a)
+        group.wait()
+
+
+@compiled
+def _is_last_team(group: ThreadGroup) -> bool:
+    return group.team.number() == group.team.count() - 1
+
+
+@compiled
+def _count_others(group: ThreadGroup) -> int:
+    """Return how many threads are not in the last team; all threads if there is one team."""
+    return group.size() - (group.team.size() if group.team.count() > 1 else 0)
+
+
+@compiled
+def _factor_tile(group: ThreadGroup, a: Floats, at: AnyInt, k: AnyInt, scales_out: Floats) -> None:
+    """Factor tile k on the diagonal, which begins at `at`, by the threads of a team.
+
+    Each thread computes some rows. In step c it computes entry (r, c) of its rows r > c, and takes
+    its square from the entry on the diagonal. So the next pivot is complete after one wait.
+    """
+    rank, size = group.team.rank(), group.team.size()
+    group.team.wait()
+    for c in range(SIDE):
+        pivot = a[place(at + c * SIDE + c)]
+        scale = 1.0 / math.sqrt(pivot) if pivot > 0.0 else 0.0
+        if rank == 0:
+            scales_out[place(k * SIDE + c)] = scale
+        r = rank
+        while r < SIDE:
+            if r > c:
+                value = a[place(at + c * SIDE + r)]
+                for b in range(c):
+                    value -= a[place(at + b * SIDE + r)] * a[place(at + b * SIDE + c)]
+                value *= scale
+                a[place(at + c * SIDE + r)] = value
+                a[place(at + r * SIDE + r)] -= value * value
+            r += size
+        group.team.wait()
+
+
+@compiled
+def _scale_below(
+    group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats, scales: Floats
+) -> None:
+    """Compute the tiles of L below tile k on the diagonal, each thread some rows."""
+    diagonal = tile_at(envelope, k, k)
+    end = SIDE * (envelope.lasts[k] - k)
+    row, size = group.rank(), group.size()
+    while row < end:
+        at = place(tile_at(envelope, k + 1 + (row >> SHIFT), k) + (row & (SIDE - 1)))
+        for c in range(SIDE):
+            value = a[place(at + c * SIDE)]
+            for b in range(c):
+                value -= a[place(at + b * SIDE)] * a[place(diagonal + b * SIDE + c)]
+            a[place(at + c * SIDE)] = value * scales[place(k * SIDE + c)]
+        row += size
+
+
+@compiled
+def _take_diagonal(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats) -> None:
+    """Take the products of tile column k from the next tile on the diagonal, by a team."""
+    if envelope.lasts[k] > k:
+        own, left = tile_at(envelope, k + 1, k + 1), tile_at(envelope, k + 1, k)
+        entry, size = group.team.rank(), group.team.size()
+        while entry < AREA:
+            if entry & (SIDE - 1) >= entry >> SHIFT:
+                _take_product(a, own, left, left, entry)
+            entry += size
+
+
+@compiled
+def _take_products(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats) -> None:
+    """Take the products of tile column k from all other tiles, by all but the last team."""
+    n, others = envelope.lasts[k] - k, _count_others(group)
+    if group.rank() >= others:
+        return
+    end, entry = AREA * ((n * (n + 1)) >> 1), AREA + group.rank()
+    while entry < end:
+        pair = entry >> (2 * SHIFT)
+        # Pairs are numbered row by row of a triangle. The root of a square is exact.
+        i = int((math.sqrt(8.0 * pair + 1.0) - 1.0) * 0.5)
+        j = pair - ((i * (i + 1)) >> 1)
+        row, column = k + 1 + i, k + 1 + j
+        own = tile_at(envelope, row, column)
+        left, above = tile_at(envelope, row, k), tile_at(envelope, column, k)
+        _take_product(a, own, left, above, entry & (AREA - 1))
+        entry += others
+
+
+@inlined
+def _take_product(a: Floats, own: AnyInt, left: AnyInt, above: AnyInt, entry: AnyInt) -> None:
+    """Take one entry of the product of two tiles, the second one transposed, from a third tile."""
+    total, x, y = 0.0, place(left + (entry & (SIDE - 1))), place(above + (entry >> SHIFT))
+    for _ in range(SIDE):
+        total += a[x] * a[y]
+        x, y = place(x + SIDE), place(y + SIDE)
+    a[place(own + entry)] -= total
+
+
+@compiled
+def solve(group: ThreadGroup, envelope: Envelope, a: Floats, scales: Floats, x: Floats) -> None:
+    """Solve L L^T x' = x in place; all threads have to see x before, and see x' afterwards.
+
+    Args:
+        group: The threads.
+        envelope: Where the tiles are.
+        a: L, as `factorize` left it.
+        scales: What `factorize` wrote.
+        x: (>= SIDE envelope.n,) f8.
+    """
+    n, is_last, others = envelope.n, _is_last_team(group), _count_others(group)
+    if n == 0:
+        return
+    if is_last:
+        _solve_tile(group, a, tile_at(envelope, 0, 0), scales, 0, x)
+    group.wait()
+    for k in range(n - 1):
+        if is_last:
+            _take_below(group.team.rank(), group.team.size(), envelope, k, (k + 1, k + 2), a, x)
+            _solve_tile(group, a, tile_at(envelope, k + 1, k + 1), scales, k + 1, x)
+        if group.rank() < others:
+            _take_below(group.rank(), others, envelope, k, (k + 2, n), a, x)
+        group.wait()
+    if is_last:
+        _solve_tile_back(group, a, tile_at(envelope, n - 1, n - 1), scales, n - 1, x)
+    group.wait()
+    for k in range(n - 1, 0, -1):
+        if is_last:
+            _take_left(group.team.rank(), group.team.size(), envelope, k, (k - 1, k), a, x)
+            _solve_tile_back(group, a, tile_at(envelope, k - 1, k - 1), scales, k - 1, x)
+        if group.rank() < others:
+            _take_left(group.rank(), others, envelope, k, (0, k - 1), a, x)
+        group.wait()
+
+
+@compiled
+def _take_below(
+    rank: AnyInt,
+    size: AnyInt,
+    envelope: Envelope,
+    k: AnyInt,
+    rows: tuple[AnyInt, AnyInt],
+    a: Floats,
+    x: Floats,
+) -> None:
+    """Take the products of tile column k with its unknowns from x, for a range of tile rows."""
+    begin, end = rows[0], min(rows[1], envelope.lasts[k] + 1)
+    row, own = SIDE * begin + rank, SIDE * k
+    while row < SIDE * end:
+        at, total = place(tile_at(envelope, row >> SHIFT, k) + (row & (SIDE - 1))), 0.0
+        for c in range(SIDE):
+            total += a[at] * x[place(own + c)]
+            at = place(at + SIDE)
+        x[place(row)] -= total
+        row += size
+
+
+@compiled
+def _take_left(
+    rank: AnyInt,
+    size: AnyInt,
+    envelope: Envelope,
+    k: AnyInt,
+    columns: tuple[AnyInt, AnyInt],
+    a: Floats,
+    x: Floats,
+) -> None:
+    """Take the products of tile row k, transposed, with its unknowns from x, for some columns."""
+    begin, end = max(columns[0], envelope.firsts[k]), columns[1]
+    column, own, row_at = SIDE * begin + rank, SIDE * k, tile_at(envelope, k, 0)
+    while column < SIDE * end:
+        at, total = place(row_at + SIDE * column), 0.0
+        for r in range(SIDE):
+            total += a[at] * x[place(own + r)]
+            at = place(at + ONE)
+        x[place(column)] -= total
+        column += size
+
+
+@compiled
+def _solve_tile(
+    group: ThreadGroup, a: Floats, at: AnyInt, scales: Floats, k: AnyInt, x: Floats
+) -> None:
+    """Solve with tile k on the diagonal, by the threads of a team."""
+    rank, size, own = group.team.rank(), group.team.size(), SIDE * k
+    group.team.wait()
+    for c in range(SIDE):
+        value, r = x[place(own + c)] * scales[place(own + c)], rank
+        while r < SIDE:
+            if r > c:
+                x[place(own + r)] -= value * a[place(at + c * SIDE + r)]
+            r += size
+        group.team.wait()
+    _scale(rank, size, own, scales, x)
+
+
+@compiled
+def _solve_tile_back(
+    group: ThreadGroup, a: Floats, at: AnyInt, scales: Floats, k: AnyInt, x: Floats
+) -> None:
+    """Solve with tile k on the diagonal, transposed, by the threads of a team."""
+    rank, size, own = group.team.rank(), group.team.size(), SIDE * k
+    group.team.wait()
+    for c in range(SIDE - 1, -1, -1):
+        value, r = x[place(own + c)] * scales[place(own + c)], rank
+        while r < c:
+            x[place(own + r)] -= value * a[place(at + r * SIDE + c)]
+            r += size
+        group.team.wait()
+    _scale(rank, size, own, scales, x)
+
+
+@inlined
+def _scale(rank: AnyInt, size: AnyInt, own: AnyInt, scales: Floats, x: Floats) -> None:
+    """Multiply the unknowns of a tile by the reciprocals of the diagonal of L."""
+    r = rank
+    while r < SIDE:
+        x[place(own + r)] *= scales[place(own + r)]
+        r += size
