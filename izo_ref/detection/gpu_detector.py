@@ -152,16 +152,41 @@ class Detector:
             to_solve: Whether to leave out the impacts between pinned points.
         """
         path = PathArrays(self.start, positions_t1, self._seen, self._frame)
-        trees, counts, many = self.trees, self._counts, (BLOCKS, THREADS)
-        fitted = self._boxes, self._moved, counts
+        to_list = self._list_contacts(path, False, self._counts)
+        return [*to_list, self._list_impacts(path, to_solve)]
+
+    def launches_at_rest(self, positions: GpuArray, counts: GpuArray) -> list[Callable[..., None]]:
+        """Return launches that count what is not certainly apart at rest, for a `Program`.
+
+        They use the lists of a detection, of which nothing is needed any more.
+
+        Args:
+            positions: (n_vertices, 3) f8 [m], on the GPU; its numbers may change.
+            counts: (2 N_COUNTS,) i8, on the GPU. The first N_COUNTS are those of a detection, whose
+                CONTACTS are vertex-face and edge-edge pairs that may touch. The last N_COUNTS are
+                those of edges and faces, of which OPEN may meet.
+        """
+        path = PathArrays(positions, positions, self._seen, self._frame)
+        (_, edges, faces), own, many = self.trees, counts[places.N_COUNTS :], (BLOCKS, THREADS)
+        to_count = positions, edges, faces, self._pairs, own
+        return [
+            *self._list_contacts(path, True, counts),
+            by_blocks(tree.list_edge_faces, *many, edges, faces, own, self._pairs),
+            by_blocks(contacts.count_crossings, *many, *to_count),
+        ]
+
+    def _list_contacts(
+        self, path: PathArrays, at_rest: bool, counts: GpuArray
+    ) -> list[Callable[..., None]]:
+        """Return the launches that list the contacts of a path; `at_rest` as for `fit_trees`."""
+        trees, many, fitted = self.trees, (BLOCKS, THREADS), (self._boxes, self._moved, counts)
         to_filter = self._pairs, counts, self._open
         to_prove = self._open, self._ignored, counts, self._contacts
         return [
-            by_grid(tree.fit_trees, path, *trees, *fitted, n_threads=FIT_THREADS),
+            by_grid(tree.fit_trees, path, at_rest, *trees, *fitted, n_threads=FIT_THREADS),
             by_blocks(tree.list_pairs, *many, *trees, counts, self._pairs),
             by_blocks(contacts.list_open_pairs, *many, self._boxes, *trees, *to_filter),
             by_blocks(contacts.list_contacts, *many, path, *trees, *to_prove),
-            self._list_impacts(path, to_solve),
         ]
 
     def _list_impacts(self, path: PathArrays, to_solve: bool) -> Callable[..., None]:

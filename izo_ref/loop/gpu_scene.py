@@ -1,8 +1,9 @@
 """A scene that stays on a GPU from step to step; `keep_on_gpu.py` is its door.
 
 A step sends the proposed positions to the GPU, or takes them where they are, and leaves the end
-positions there. The mesh, its trees and all buffers are made once. Nothing that grows with the
-scene is copied to the CPU, unless a step needs the CPU.
+positions there. It begins where the last one ended, or at other positions, which the GPU checks.
+The mesh, its trees and all buffers are made once. Nothing that grows with the scene is copied to
+the CPU, unless a step needs the CPU.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from izo_ref.base.gpu_interop import own_array
 from izo_ref.base.options import Options
 from izo_ref.base.records import Status
 from izo_ref.base.sizes import scene_in_range, thickness_in_range
+from izo_ref.detection.gpu_start import StartCheck
 from izo_ref.detection.trees import box_frame
 from izo_ref.loop.cuda import step as kernels
 from izo_ref.loop.gpu_step import GpuStep
@@ -39,6 +41,7 @@ KEPT_STEPS = 32
 # Largest proposed position, along an axis, in the coordinates of boxes. The start reaches to 1 at
 # most in them, so float32 positions lose no more than two of their 24 bits.
 FAR = 4.0
+FAILED = "the last step of this GpuScene ended with an error"  # a reason why no step can follow
 
 
 class ResidentScene(GpuScene):
@@ -67,55 +70,106 @@ class ResidentScene(GpuScene):
 
     def _make(self, scene: Scene, deadline: Deadline) -> None:
         """Make the step and its buffers for a scene."""
-        self.__dict__.pop("_step", None)  # its memory goes back to the pool first
+        for name in ("_step", "_start_check"):
+            self.__dict__.pop(name, None)  # its memory goes back to the pool first
         order = geometric_order(scene)
         own = renumber_scene(scene, order), self.thickness, self._options, deadline
         origin, scale = box_frame(scene.positions_t0, scene.edges)
         self._scene, self._order, self._n_steps = scene, to_gpu(order), 0
         self._centre, self._radius = to_gpu(origin), FAR / scale
         self._step = GpuStep(*own)
+        self._start_check = StartCheck(self._step.detector)
 
-    def resolve(self, positions_t1: Any) -> GpuResult:
+    def resolve(self, positions_t1: Any, positions_t0: Any = None) -> GpuResult:
         """Resolve the next step; `GpuScene.resolve` has the contract."""
-        if self._stopped:
+        if self._stopped and positions_t0 is None:
             raise UncertifiedStartError(
-                f"{self._stopped}; make a new GpuScene from a Scene, which checks its start in full"
+                f"{self._stopped}; pass positions_t0, or make a new GpuScene from a Scene: both "
+                "check the start in full"
             )
         deadline = Deadline(self._options.max_seconds)
-        start = self._step.positions if self._n_steps else None
-        is_far = self._take(detach(positions_t1))
-        scene = self._on_cpu(start) if is_far or self._n_steps >= KEPT_STEPS else None
-        # what stops in the middle leaves no free start
-        self._stopped = "the last step of this GpuScene ended with an error"
+        if self._stopped == FAILED:
+            self._make(self._scene, deadline)  # an error may have left buffers half made
+        scene = self._next_on_cpu(positions_t1, positions_t0)
+        self._stopped = FAILED  # what stops in the middle leaves no free start
         if scene is not None:
             self._make(scene, deadline)
-        elif start is not None:
-            self._step.go_on(deadline)
+        elif positions_t0 is not None:
+            self._step.go_on(self._start_check.start, deadline)
+        elif self._n_steps:
+            self._step.go_on(self._step.positions, deadline)
         else:
             self._step.begin_again(deadline)
         self._n_steps += 1
         result, self._stopped = self._resolved(deadline)
         return result
 
-    def _take(self, positions_t1: Any) -> bool:
-        """Copy proposed positions; return whether some are far outside, or are no numbers."""
-        n = len(self._scene.pinned)
-        if is_on_gpu(positions_t1):
-            rows = own_array(positions_t1)
-            if rows.shape != (n, 3) or rows.dtype != np.float64:
-                raise ShapeError(
-                    f"positions_t1: expected float64 of shape {(n, 3)}, got {rows.dtype} of shape "
-                    f"{rows.shape}"
-                )
-        else:
-            rows = to_gpu(checks.floats("positions_t1", positions_t1, (n, 3)))
-        outside = full(1, 0, np.int64)
-        own = rows, self._order, self._centre, self._radius
-        kernels.take_proposed[n](*own, self._step.proposed, outside)
-        return bool(to_cpu(outside)[0])
+    def _next_on_cpu(self, positions_t1: Any, positions_t0: Any) -> Scene | None:
+        """Take the positions of the next step, and check where it begins.
+
+        Nothing keeps the arrays of this step in use afterwards, so that others can be made.
+
+        Returns:
+            The next step on the CPU, if the buffers have to be made anew for it; else None.
+        """
+        step, check, has_start = self._step, self._start_check, positions_t0 is not None
+        to_take = {"positions_t1": (positions_t1, step.proposed)}
+        if has_start:
+            to_take["positions_t0"] = positions_t0, check.start
+        far = self._take(to_take)
+        if has_start and ("positions_t0" in far or not check.is_free()):
+            return self._checked_on_cpu()
+        if not far and self._n_steps < KEPT_STEPS:
+            return None
+        return self._on_cpu(check.start if has_start else step.positions if self._n_steps else None)
+
+    def _take(self, to_take: dict[str, tuple[Any, GpuArray]]) -> set[str]:
+        """Copy positions; return the names of those of which some are far outside, or no numbers.
+
+        Args:
+            to_take: `{name: (positions, array)}`, positions of the caller, and where they go.
+        """
+        n_outside = full(len(to_take), 0, np.int64)
+        for i, (name, (positions, positions_out)) in enumerate(to_take.items()):
+            own = self._rows(name, detach(positions)), self._order, self._centre, self._radius
+            out = positions_out, n_outside[i : i + 1]
+            kernels.take_positions[len(self._scene.pinned)](*own, *out)
+        return {name for name, n in zip(to_take, to_cpu(n_outside), strict=True) if n}
+
+    def _rows(self, name: str, positions: Any) -> GpuArray:
+        """Return positions of the caller on the GPU, in the numbering of the caller."""
+        shape = len(self._scene.pinned), 3
+        if not is_on_gpu(positions):
+            return to_gpu(checks.floats(name, positions, shape))
+        rows = own_array(positions)
+        if rows.shape != shape or rows.dtype != np.float64:
+            raise ShapeError(
+                f"{name}: expected float64 of shape {shape}, got {rows.dtype} of shape {rows.shape}"
+            )
+        return rows
+
+    def _checked_on_cpu(self) -> Scene:
+        """Return the step as a new scene on the CPU, whose start, a new one, is checked in full."""
+        own = self._scene
+        start, proposed = (
+            self._in_order_of_caller(to_cpu(positions))
+            for positions in (self._start_check.start, self._step.proposed)
+        )
+        scene = Scene(
+            start,
+            proposed,
+            own.faces,
+            own.masses,
+            own.pinned,
+            initial_intersections=own.initial_intersections,
+            prescribed=own.prescribed,
+            weld=own.weld,
+        )
+        _require_plain(scene, "positions_t0")
+        return scene
 
     def _on_cpu(self, start: GpuArray | None) -> Scene:
-        """Return the step as a scene on the CPU; its start is not checked again."""
+        """Return the step as a scene on the CPU; its start was checked on the GPU, or before."""
         scene = copy.copy(self._scene)
         if start is not None:
             scene.positions_t0 = self._in_order_of_caller(to_cpu(start))
@@ -204,11 +258,11 @@ def _why_not_plain(scene: Scene) -> str:
     return next((reason for reason, holds in reasons.items() if holds), "")
 
 
-def _require_plain(scene: Scene) -> None:
-    """Raise an error if a scene is not of the kind that stays on a GPU."""
+def _require_plain(scene: Scene, name: str = "scene") -> None:
+    """Raise an error that begins with a name if a scene is not of the kind that stays on a GPU."""
     reason = _why_not_plain(scene)
     if reason:
         raise OptionError(
-            f"scene: a GpuScene takes none with {reason}; resolve it step by step: "
+            f"{name}: a GpuScene takes none with {reason}; resolve it step by step: "
             'resolve(scene, device="cuda"), then scene.after(result, positions_t1)'
         )

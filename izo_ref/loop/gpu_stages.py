@@ -94,6 +94,10 @@ class Stages:
         self._take_masses(scene)
         self._found_with_cpu = None
         self.detector.restart(scene)
+        self.prepare_anew()
+
+    def prepare_anew(self) -> None:
+        """Prepare the programs again if the detector has made arrays since."""
         if self.detector.n_arrays_made != self._n_arrays_prepared:
             self._prepare()
 

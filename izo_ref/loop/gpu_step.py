@@ -22,7 +22,7 @@ from izo_ref.base.options import Options
 from izo_ref.base.records import DetectionCounts, Impacts, SceneArrays
 from izo_ref.certificate.cuda.meetings import decide_meetings
 from izo_ref.detection.cuda import frames
-from izo_ref.detection.gpu_detector import HostDetector
+from izo_ref.detection.gpu_detector import Detector, HostDetector
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.cuda import step as kernels
 from izo_ref.loop.gpu_left import device_of_left, solve_left
@@ -187,20 +187,22 @@ class GpuStep(Step):
             self.scene, self._is_scene_old = scene, False
         return self.scene
 
-    def go_on(self, deadline: Deadline = UNLIMITED) -> None:
+    def go_on(self, start: GpuArray, deadline: Deadline = UNLIMITED) -> None:
         """Take the next step of a simulation on the GPU.
 
-        It begins where this one ends, and `proposed` has its proposed positions already. Nothing
-        is copied to the CPU.
+        `proposed` has its proposed positions already. Nothing is copied to the CPU.
 
         Args:
+            start: (n_vertices, 3) f8 [m], on the GPU, where it begins: where this one ends, or
+                elsewhere, free of intersections.
             deadline: As for a new step.
         """
-        self._stages.detector.go_on(self.positions)
+        self.detector.go_on(start)
         self.begin_again(deadline)
 
     def begin_again(self, deadline: Deadline = UNLIMITED) -> None:
         """Begin with the same start and what `proposed` has now; `deadline` as for a new step."""
+        self._stages.prepare_anew()
         self._begin(self.scene, deadline)
         self._is_scene_old = True
 
@@ -249,6 +251,11 @@ class GpuStep(Step):
             self.stuck,
         )
         own.measure()
+
+    @property
+    def detector(self) -> Detector:
+        """The detector, on the GPU."""
+        return self._stages.detector
 
     @property
     def proposed(self) -> GpuArray:

@@ -38,10 +38,12 @@ class GpuResult:
 class GpuScene(Protocol):
     """A scene on a GPU, whose steps are resolved one after the other.
 
-    Each step begins where the last one ended. The last detection of a step proves each pair of its
-    path apart, which is what the filter of the path certificate does. So the start of the next step
-    needs no check. A step for which the loop finds no free path is resolved by `resolve`, with its
-    fail-safe; so is one that has to stop at a time limit.
+    Each step begins where the last one ended, or at other positions. The last detection of a step
+    proves each pair of its path apart, which is what the filter of the path certificate does. So
+    the start of the next step needs no check. Other positions are checked on the GPU, and by
+    `Scene` if floats cannot tell that they are free of intersections. A step for which the loop
+    finds no free path is resolved by `resolve`, with its fail-safe; so is one that has to stop at a
+    time limit.
 
     Attributes:
         thickness: The thickness that is used [m].
@@ -49,20 +51,30 @@ class GpuScene(Protocol):
 
     thickness: float
 
-    def resolve(self, positions_t1: Any) -> GpuResult:
+    def resolve(self, positions_t1: Any, positions_t0: Any = None) -> GpuResult:
         """Resolve the next step.
 
         Args:
             positions_t1: (n, 3) [m], proposed positions, on the CPU or on the GPU.
+            positions_t0: (n, 3) [m], positions at the start of the step, on the CPU or on the GPU,
+                free of intersections: where a simulator moved the vertices after the last step, or
+                a reset. None for the end of the last step, whose path was free.
 
         Returns:
-            How it ended. If `status` is BLOCKED, no step can follow.
+            How it ended. If `status` is BLOCKED, the next step needs `positions_t0`.
 
         Raises:
-            ShapeError: `positions_t1` has the wrong shape or type.
-            NonFiniteError: A position is NaN or infinite; the scene stays as it was.
-            SizeError: A coordinate is too large to compute with; the scene stays as it was.
-            OptionError: The positions make a scene of extraordinary size; it stays as it was.
-            UncertifiedStartError: The last step was blocked.
+            ShapeError: An array has the wrong shape or type.
+            NonFiniteError: A position is NaN or infinite.
+            SizeError: A coordinate is too large to compute with.
+            InitialIntersectionError: The mesh intersects itself at `positions_t0`. The error holds
+                the pairs.
+            OptionError: The positions make a scene of extraordinary size, or pairs are left out or
+                touch at `positions_t0`.
+            WeldError: Vertices are welded at `positions_t0` by a chain that is too long.
+            UncertifiedStartError: The last step was blocked, or ended with an error, and there is
+                no `positions_t0`.
+
+        After each of these errors the scene is as it was, and the next call may go on.
         """
         ...

@@ -6,7 +6,9 @@ import pytest
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.detection.cpu.tree import fit_tree
 from izo_ref.detection.detector import Detector
+from izo_ref.detection.formulas.advance import APART
 from izo_ref.detection.serial import found_counts as places
+from izo_ref.detection.serial.contacts import crossings_of_pairs
 from izo_ref.detection.serial.prescribed import prescribed_impacts
 from izo_ref.detection.trees import Elements, VertexBoxes, meeting_pairs
 from tests.helpers.group_detection import GroupDetection
@@ -69,6 +71,52 @@ def test_pairs_are_those_of_the_cpu(rng, n):
     assert counts[places.PAIRS] == len(expected)
     assert sorted(map(tuple, own.pairs[: len(expected)].tolist())) == sorted(expected)
     assert (own.pairs[len(expected) :] == -7).all()
+
+
+@pytest.mark.parametrize("n", [2, 3, 7, 20])
+@pytest.mark.parametrize("n_pairs", [0, 20_000])
+def test_edges_and_faces_that_may_meet_at_rest_are_those_of_the_cpu(rng, n, n_pairs):
+    scene = scene_of(rng, n)
+    scene.positions_t0[:] = scene.positions_t1  # where the sheets went through each other
+    own = GroupDetection(scene, n_pairs)
+    own.fit_at_rest(ALONE)
+    assert own.moved.all()
+    assert all(
+        np.unpackbits(t.lanes[: -(-len(t.nodes) // 8)]).sum() == len(t.nodes) for t in own.trees
+    )
+    own.list_edge_faces(ALONE)
+    own.count_crossings(ALONE)
+    _, edges, faces = (Elements(tree.nodes, tree.order) for tree in own.trees)
+    edges.tree, faces.tree = own.trees[1:]
+    expected = meeting_pairs(edges, faces)
+    assert own.counts[places.PAIRS] == len(expected)
+    if n_pairs == 0:
+        assert own.counts[places.OPEN] == 0
+        return
+    assert sorted(own.pairs[: len(expected)].tolist()) == sorted(expected.tolist())
+    statuses, nodes = np.empty(len(expected), np.int8), (edges.tree.nodes, faces.tree.nodes)
+    crossings_of_pairs(0, len(expected), expected, *nodes, scene.positions_t0, statuses)
+    assert own.counts[places.OPEN] == np.count_nonzero(statuses != APART)
+    assert n == 2 or 0 < own.counts[places.OPEN] < len(expected)
+
+
+@pytest.mark.parametrize("n", [3, 7, 12])
+def test_pairs_that_may_touch_at_rest_are_those_of_the_cpu(rng, n):
+    scene = scene_of(rng, n)
+    faces = scene.faces
+    scene.positions_t0[faces[0, 0]] = scene.positions_t0[faces[-1]].mean(axis=0)
+    scene.positions_t1[:] = scene.positions_t0
+    mesh = scene.edges, scene.faces
+    expected = Detector(scene.positions_t0, *mesh, start_is_free=False).find(scene.positions_t0)
+    own = GroupDetection(scene, 20_000, 2000)
+    own.fit_at_rest(ALONE)
+    for part in ("list_pairs", "list_open_pairs", "list_contacts"):
+        getattr(own, part)(ALONE)
+    n_found = own.counts[places.CONTACTS]
+    assert n_found == len(expected.toi) > 0
+    found = np.column_stack((own.contacts.keys[:n_found] >= 0, own.contacts.nodes[:n_found]))
+    others = np.column_stack((expected.is_edge_edge, expected.nodes))
+    assert sorted(found.tolist()) == sorted(others.tolist())
 
 
 @pytest.mark.parametrize("n", [2, 3, 7, 12])

@@ -8,9 +8,10 @@ from izo_ref.detection.serial.group_boxes import fit_boxes
 from izo_ref.detection.serial.group_contacts import (
     append_contacts,
     append_open_pairs,
+    count_open_crossings,
     sort_impacts,
 )
-from izo_ref.detection.serial.query import append_pairs
+from izo_ref.detection.serial.query import append_edge_faces, append_pairs
 from izo_ref.detection.serial.records import ContactList, PathArrays, SortSpace
 from izo_ref.detection.trees import Elements, box_frame
 
@@ -62,9 +63,13 @@ class GroupDetection:
         )
         self.found = Impacts._make(map(view, columns))
 
-    def fit(self, group):
+    def fit(self, group, at_rest=False):
         """Fit the boxes."""
-        fit_boxes(group, self.path, *self.trees, self.boxes, self.moved, self.counts)
+        fit_boxes(group, self.path, at_rest, *self.trees, self.boxes, self.moved, self.counts)
+
+    def fit_at_rest(self, group):
+        """Fit the boxes, and mark all elements."""
+        self.fit(group, True)
 
     def list_pairs(self, group):
         """List the pairs; return the number of vertex-face pairs."""
@@ -78,6 +83,15 @@ class GroupDetection:
         """List the contacts; return the steps of all proofs, and of the longest."""
         known = self.open, self._ignored, self.counts
         return append_contacts(group, self.path, *self.trees, *known, self.contacts)
+
+    def list_edge_faces(self, group):
+        """List the edges and faces whose boxes meet, in place of the pairs."""
+        append_edge_faces(group, *self.trees[1:], self.counts, self.pairs)
+
+    def count_crossings(self, group):
+        """Count the edges and faces that may meet at the start."""
+        own = self.path.start, *self.trees[1:], self.pairs, self.counts
+        count_open_crossings(group, *own)
 
     def list_impacts(self, group, to_solve=False):
         """List the impacts."""

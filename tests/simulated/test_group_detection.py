@@ -59,6 +59,22 @@ def test_threads_detect_without_conflicts(rng, n_threads):
     assert mine == others
 
 
+@pytest.mark.parametrize("n_threads", [2, 3, 7])
+def test_threads_check_edges_and_faces_at_rest_without_conflicts_or_waits(rng, n_threads):
+    scene = scene_of(rng, 3)
+    scene.positions_t0[:] = scene.positions_t1  # where the sheets went through each other
+    parts = "fit_at_rest", "list_edge_faces", "count_crossings"
+    expected = GroupDetection(scene)
+    for part in parts:
+        getattr(expected, part)(ALONE)
+    own, logs = logs_of(scene, n_threads, parts)
+    for part, log in logs.items():
+        assert log.conflicts() == (0, []), part
+    assert not any(logs[part].sites for part in parts[1:])
+    assert np.array_equal(own.counts, expected.counts)
+    assert own.counts[places.PAIRS] > own.counts[places.OPEN] > 0
+
+
 def test_no_wait_can_be_left_out(rng):
     _, logs = logs_of(scene_of(rng, 6), 3, ["fit"])
     sites = set(logs["fit"].sites.values()) - {None}

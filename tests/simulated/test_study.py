@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from izo_ref.detection.gpu_start import StartCheck
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from tests.helpers.shapes import random_problem, two_sheets, vertex_over_face
 from validation.__main__ import _parser
@@ -108,12 +109,18 @@ def test_the_check_names_each_case_that_agrees(tmp_path, few_cases):
     assert cuda.run_part("check", tmp_path / "rows", print) is None
     names = [row["case"] for row in read(tmp_path / "rows", "check")]
     assert names == [case.name for case in gpu_check.cases()]
-    assert len(names) == 9
+    assert len(names) == 11
     said: list[str] = []
     assert cuda.run_part("check", tmp_path / "rows", said.append) is None
     assert said == [f"check: {name}: the same" for name in names], "it compares them again"
-    assert len(read(tmp_path / "rows", "check")) == 9
+    assert len(read(tmp_path / "rows", "check")) == 11
     assert "| step falls | simulator |" in page(tmp_path / "rows", tmp_path).read_text()
+
+
+def test_a_wrong_verdict_about_a_start_ends_the_check(tmp_path, monkeypatch, few_cases):
+    monkeypatch.setattr(StartCheck, "is_free", lambda own: True)
+    said = cuda.run_part("check", tmp_path / "rows", print)
+    assert said == "starts of falls: the verdict about a start at 0.5, with 3 intersections"
 
 
 @pytest.mark.parametrize(

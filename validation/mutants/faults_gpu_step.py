@@ -3,6 +3,7 @@
 from validation.mutants.fault import ON_GPU, Fault
 
 STEP, STAGES = "izo_ref/loop/gpu_step.py", "izo_ref/loop/gpu_stages.py"
+START = "izo_ref/detection/gpu_start.py"
 
 
 def _fault(name: str, file: str, old: str, new: str, what: str) -> Fault:
@@ -12,6 +13,55 @@ def _fault(name: str, file: str, old: str, new: str, what: str) -> Fault:
 
 
 GPU_STEP = [
+    _fault(
+        "starts-may-cross-on-the-device",
+        START,
+        "            if counts[CONTACTS] or counts[N_COUNTS + OPEN]:\n",
+        "            if counts[CONTACTS]:\n",
+        "A GPU takes a start at which edges go through faces.",
+    ),
+    _fault(
+        "starts-may-touch-on-the-device",
+        START,
+        "            if counts[CONTACTS] or counts[N_COUNTS + OPEN]:\n",
+        "            if counts[N_COUNTS + OPEN]:\n",
+        "A GPU takes a start at which pairs touch.",
+    ),
+    _fault(
+        "short-list-of-edges-and-faces",
+        START,
+        "            counts[PAIRS] = max(counts[PAIRS], counts[N_COUNTS + PAIRS])\n",
+        "            counts[PAIRS] = max(counts[PAIRS], counts[OPEN])\n",
+        "A GPU takes a start at which edges go through faces that found no room in a list.",
+    ),
+    _fault(
+        "pairs-at-rest-are-not-checked",
+        "izo_ref/detection/serial/group_boxes.py",
+        "at_rest or differs(path.start, path.end, i)",
+        "differs(path.start, path.end, i)",
+        "A GPU takes every start, because it looks at no pair there.",
+    ),
+    _fault(
+        "lists-that-grew-for-a-start-are-not-those-of-the-step",
+        STEP,
+        "        self._stages.prepare_anew()\n",
+        "        self._stages.prepare_anew.__call__\n",
+        "A step on a GPU writes to lists that are too short, and finds no impact.",
+    ),
+    _fault(
+        "new-start-not-taken",
+        STEP,
+        "        self.detector.go_on(start)\n",
+        "        self.detector.go_on(self.positions)\n",
+        "A step on a GPU begins where the last one ended, whatever start it gets.",
+    ),
+    _fault(
+        "refused-start-is-not-checked-on-the-cpu",
+        "izo_ref/loop/gpu_scene.py",
+        '        if has_start and ("positions_t0" in far or not check.is_free()):\n',
+        '        if has_start and ("positions_t0" in far and not check.is_free()):\n',
+        "A step on a GPU begins at a start that intersects itself.",
+    ),
     _fault(
         "detection-before-the-zones-that-were-left",
         STEP,

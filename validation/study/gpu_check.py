@@ -12,11 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from izo_ref import Options, certify_path, find_impacts, resolve, solve_zone
+from izo_ref import Options, certify_path, find_impacts, keep_on_gpu, resolve, solve_zone
 from izo_ref.base.arrays import GpuArray
+from izo_ref.base.devices import copy_to_cpu
 from izo_ref.base.errors import InitialIntersectionError
 from izo_ref.base.options import CHOICES, LAGRANGIAN
 from izo_ref.base.records import Impacts
+from izo_ref.detection.intersections import find_intersections
 from izo_ref.scene import Scene
 from izo_ref.solvers.presets import PRESETS
 from validation.rows import Rows
@@ -33,6 +35,7 @@ ZONES = (1, 2, 7, 33, 200)  # impacts
 STACK = (4, 6)  # layers, and vertices of a side
 SHEETS = 300  # triangles of the sheets that every option resolves
 THICKNESS_M = 1e-3  # of these sheets
+STARTS = 9  # positions on the way of a scene that are checked as starts
 PROCESSES = 8  # that compile at the same time
 LOOSE = 1e-5  # tolerances of the first-order methods, which take long to reach tight ones
 # Times of impact are proved from below. Both devices bound the same roots, so they differ by
@@ -99,6 +102,10 @@ def cases() -> Iterator[Case]:
     for name, load in scenes:
         yield Case(f"detection of {name}", lambda load=load: detection_differences(load()))
     for name, load in scenes:
+        yield Case(f"starts of {name}", lambda load=load: start_differences(load()))
+    sheets = meeting_sheets(seeded(SHEETS), SHEETS)
+    yield Case("a scene that stays on the GPU", lambda: kept_differences(sheets))
+    for name, load in scenes:
         yield Case(f"step {name}", lambda load=load: step_differences(load(), None, Options()))
     for options in all_options():
         named = ", ".join(f"{k} {v}" for k, v in options.items())
@@ -163,6 +170,38 @@ def detection_differences(scene: Scene) -> Iterator[str]:
     certificates = [certify_path(scene, scene.positions_t1, device=d) for d in ("cuda", "cpu")]
     if certificates[0].free != certificates[1].free:
         yield f"the certificate says free={certificates[0].free}, on the CPU the opposite"
+
+
+def start_differences(scene: Scene) -> Iterator[str]:
+    """Check positions on the way of a scene, from free to tangled, as starts of steps.
+
+    No pair of the stored scenes is nearly as close as rounding there, so floats can tell all.
+    """
+    from izo_ref.base.gpu_arrays import overwrite
+    from izo_ref.detection.gpu_detector import Detector
+    from izo_ref.detection.gpu_start import StartCheck
+
+    check, offsets = StartCheck(Detector(scene)), scene.positions_t1 - scene.positions_t0
+    for share in np.linspace(0.0, 1.0, STARTS):
+        start = scene.positions_t0 + share * offsets
+        overwrite(check.start, start)
+        own = find_intersections(start, scene.edges, scene.faces)
+        if check.is_free() != (own.n_found == 0):
+            yield f"the verdict about a start at {share:.3g}, with {own.n_found} intersections"
+
+
+def kept_differences(scene: Scene) -> Iterator[str]:
+    """Compare steps of a scene that stays on the GPU: one, one at rest, and the first again."""
+    kept, starts = keep_on_gpu(scene, THICKNESS_M), scene.positions_t0
+    first = kept.resolve(scene.positions_t1)
+    expected = resolve(scene, THICKNESS_M)
+    if first.status is not expected.status or first.n_impacts != len(expected.impacts.toi):
+        yield f"a step ends {first.status.name} with {first.n_impacts} impacts, unlike on the CPU"
+    ends = [copy_to_cpu("positions", kept.resolve(first.positions).positions)]
+    ends += [copy_to_cpu("positions", kept.resolve(scene.positions_t1, starts).positions)]
+    for name, end in zip(("a step at rest", "a step after a reset"), ends, strict=True):
+        if not np.array_equal(end, copy_to_cpu("positions", first.positions)):
+            yield f"{name} ends at other positions than the first step"
 
 
 def impact_differences(

@@ -2,7 +2,7 @@
 
 from numba import cuda
 
-from izo_ref.base.arrays import AnyFloats, Flags, Floats, Indices, Ints, Times
+from izo_ref.base.arrays import AnyFloats, Flags, Floats, Indices, Ints, Positions, Times
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
 from izo_ref.base.records import Impacts
@@ -11,6 +11,7 @@ from izo_ref.detection.serial.found_counts import MOST_STEPS, STEPS
 from izo_ref.detection.serial.group_contacts import (
     append_contacts,
     append_open_pairs,
+    count_open_crossings,
     sort_impacts,
 )
 from izo_ref.detection.serial.records import ContactList, PathArrays, SortSpace
@@ -86,3 +87,17 @@ def list_impacts(
         counts_out,
         found_out,
     )
+
+
+@cuda_kernel
+def count_crossings(
+    # In:
+    positions: Positions,  # (n_vertices, 3) f8  [m]
+    edges: Tree,  # Tree
+    faces: Tree,  # Tree
+    pairs: Ints,  # (n, 2) i4, of `list_edge_faces`
+    # Out:
+    counts_out: Indices,  # (n_counts,) i8, the count of open pairs is added to
+) -> None:
+    """Count the edges and faces that are not certainly apart at rest."""
+    count_open_crossings(grid(None), positions, edges, faces, pairs, counts_out)

@@ -23,8 +23,9 @@ def certain_sign(a: Vec3, b: Vec3, c: Vec3) -> int:
 
     Each argument is a difference of floats, times one power of two that brings all of them to a
     size of at most 2. COEFFICIENT_ERROR bounds the error of such a determinant
-    (`detection/formulas/coplanar.py`: input, cross and dot are 48 u of its 192 u). Nothing
-    overflows, and TINY covers what underflows.
+    (`detection/formulas/coplanar.py`: input, cross and dot are 48 u of its 192 u), also on a GPU,
+    which contracts a product and a sum to one rounding. Nothing overflows, and TINY covers what
+    underflows.
     """
     value = det3(a, b, c)
     bound = COEFFICIENT_ERROR * (max_abs3(a) * max_abs3(b) * max_abs3(c)) + TINY

@@ -121,6 +121,19 @@ def contacts_of_pairs(
 
 
 @compiled
+def crossing_status(i: int, pairs: Ints, edges: Ints, faces: Ints, positions: Positions) -> int:
+    """Return whether the edge and the face of pair i meet at rest, as `edge_face_status` does."""
+    a, b = pairs[i, 0], pairs[i, 1]
+    return edge_face_status(
+        row3(positions, edges[a, 0]),
+        row3(positions, edges[a, 1]),
+        row3(positions, faces[b, 0]),
+        row3(positions, faces[b, 1]),
+        row3(positions, faces[b, 2]),
+    )
+
+
+@compiled
 def crossings_of_pairs(
     begin: int,
     end: int,
@@ -132,11 +145,4 @@ def crossings_of_pairs(
 ) -> None:
     """Write whether edges meet faces at rest: a status of `formulas/advance.py` for each pair."""
     for i in range(begin, end):
-        a, b = pairs[i, 0], pairs[i, 1]
-        statuses_out[i] = edge_face_status(
-            row3(positions, edges[a, 0]),
-            row3(positions, edges[a, 1]),
-            row3(positions, faces[b, 0]),
-            row3(positions, faces[b, 1]),
-            row3(positions, faces[b, 2]),
-        )
+        statuses_out[i] = crossing_status(i, pairs, edges, faces, positions)

@@ -55,13 +55,13 @@ def _block_of_trees(k: int, level: int, first: Tree, second: Tree, third: Tree) 
 
 @compiled
 def _count_and_box_vertices(
-    group: ThreadGroup, path: PathArrays, boxes_out: AnyFloats, moved_out: Flags
+    group: ThreadGroup, path: PathArrays, at_rest: bool, boxes_out: AnyFloats, moved_out: Flags
 ) -> int:
     """Write the boxes and marks of vertices; count those that end elsewhere than before."""
     n_new = 0
     for i in range(group.rank(), moved_out.shape[0], group.size()):
         vertex_box(i, path.start, path.end, 0.0, path.frame, path.frame[3], boxes_out)
-        moved_out[i] = differs(path.start, path.end, i)
+        moved_out[i] = at_rest or differs(path.start, path.end, i)
         n_new += differs(path.seen, path.end, i)
     return n_new
 
@@ -70,6 +70,7 @@ def _count_and_box_vertices(
 def fit_boxes(
     group: ThreadGroup,
     path: PathArrays,
+    at_rest: bool,
     vertices_out: Tree,
     edges_out: Tree,
     faces_out: Tree,
@@ -84,17 +85,19 @@ def fit_boxes(
     Args:
         group: The threads.
         path: The path.
+        at_rest: Whether pairs at rest are wanted too; then all vertices are marked as moved.
         vertices_out: Tree of the vertices; its blocks and lanes are written.
         edges_out: Tree of the edges.
         faces_out: Tree of the faces.
         boxes_out: (n_vertices, 9) f4: start, lowest end, highest end; without unit.
-        moved_out: (n_vertices,) b1, start and end differ.
+        moved_out: (n_vertices,) b1, start and end differ, or pairs at rest are wanted.
         counts_out: (N_COUNTS,) i8; MOVED is counted, and the other counts become 0.
     """
     first = group.rank() == 0
     for k in range(group.rank(), counts_out.shape[0], group.size()):
         counts_out[k] = 0
-    n_new = group_sum(group, float(_count_and_box_vertices(group, path, boxes_out, moved_out)))
+    own = path, at_rest, boxes_out, moved_out
+    n_new = group_sum(group, float(_count_and_box_vertices(group, *own)))
     if first:
         counts_out[MOVED] = np.int64(n_new)
     trees = vertices_out, edges_out, faces_out

@@ -5,7 +5,7 @@ Pairs that float32 proves apart are left out first (`serial/filter.py`), by a la
 
 import numpy as np
 
-from izo_ref.base.arrays import AnyFloats, Flags, Indices, Ints, Times
+from izo_ref.base.arrays import AnyFloats, Flags, Indices, Ints, Positions, Times
 from izo_ref.base.compile import compiled
 from izo_ref.base.records import Impacts
 from izo_ref.base.serial.group_sort import group_sort
@@ -14,6 +14,7 @@ from izo_ref.base.serial.thread_group import ThreadGroup, group_add, group_maxim
 from izo_ref.detection.formulas.advance import APART, advance
 from izo_ref.detection.formulas.frame import impact_frame
 from izo_ref.detection.serial.contacts import (
+    crossing_status,
     pair_key,
     pair_nodes,
     relative_nodes,
@@ -143,6 +144,31 @@ def append_contacts(
         steps += own
         most = max(most, own)
     return steps, most
+
+
+@compiled
+def count_open_crossings(
+    group: ThreadGroup,
+    positions: Positions,
+    edges: Tree,
+    faces: Tree,
+    pairs: Ints,
+    counts_out: Indices,
+) -> None:
+    """Count the edges and faces that are not certainly apart at rest; the group never waits.
+
+    Args:
+        group: The threads.
+        positions: (n_vertices, 3) f8 [m].
+        edges: Tree of the edges; its boxes are not used.
+        faces: Tree of the faces.
+        pairs: (n, 2) i4, of `append_edge_faces`; counts_out[PAIRS] says how many there are.
+        counts_out: (N_COUNTS,) i8; OPEN is counted.
+    """
+    n = min(counts_out[PAIRS], pairs.shape[0])
+    for i in range(group.rank(), n, group.size()):
+        if crossing_status(i, pairs, edges.nodes, faces.nodes, positions) != APART:
+            group_add(group, counts_out, OPEN, 1)
 
 
 @compiled

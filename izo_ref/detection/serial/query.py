@@ -129,3 +129,20 @@ def append_pairs(
             query = k - n_edges
             count += append_pairs_of_query(group, query, vertices, faces, False, counts_out, out)
     return count
+
+
+@compiled
+def append_edge_faces(
+    group: ThreadGroup, edges: Tree, faces: Tree, counts_out: Indices, out: Ints
+) -> None:
+    """Append the edges and faces whose moving boxes meet; the group never waits.
+
+    Args:
+        group: The threads that append to the list.
+        edges: Tree of the edges.
+        faces: Tree of the faces.
+        counts_out: (N_COUNTS,) i8; PAIRS is counted, also beyond the room.
+        out: (n, 2) i4, places of the edge and the face of each pair.
+    """
+    for k in range(group.rank(), edges.nodes.shape[0], group.size()):
+        append_pairs_of_query(group, k, edges, faces, False, counts_out, out)

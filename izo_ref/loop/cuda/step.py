@@ -28,22 +28,22 @@ def begin_step(
 
 
 @cuda_kernel
-def take_proposed(
+def take_positions(
     # In:
     rows: Positions,  # (n_rows, 3) f8  [m], in the caller's numbering
     order: Indices,  # (n_vertices,) i8, the row of each vertex
     centre: Floats,  # (3,) f8  [m]
     radius: float,  # f8  [m]
     # Out:
-    proposed_out: Positions,  # (n_vertices, 3) f8  [m]
+    positions_out: Positions,  # (n_vertices, 3) f8  [m]
     outside_out: Indices,  # (1,) i8, counts numbers not in the cube of this centre and radius
 ) -> None:
-    """Copy proposed positions, and count numbers far outside, or not finite."""
+    """Copy positions of the caller, and count numbers far outside, or not finite."""
     i = cuda.grid(1)
     if i < order.shape[0]:
         for axis in range(3):
             x = rows[order[i], axis]
-            proposed_out[i, axis] = x
+            positions_out[i, axis] = x
             if not abs(x - centre[axis]) <= radius:
                 cuda.atomic.add(outside_out, 0, 1)
 
