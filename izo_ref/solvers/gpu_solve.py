@@ -112,7 +112,7 @@ class ZoneSolver:
             write,
             self.launch_of_small(zones.small, *offsets),
             self.launch_of_middle(zones.middle, *offsets),
-            self.launch_of_large(zones.large, *offsets),
+            self.launch_of_large(zones.large, zones.middle, *offsets),
         ]
 
     def launch_of_small(
@@ -132,8 +132,8 @@ class ZoneSolver:
         return gpu_pivoting.launch_in_blocks(zones, *own)
 
     def launch_of_large(
-        self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
+        self, large: GpuArray, middle: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
     ) -> Launch:
-        """Return the launch that solves a list of large zones by all blocks."""
+        """Return the launch that solves large zones, and middle ones that had no room."""
         own = impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, self.answers
-        return gpu_pivoting.launch_by_grid(zones, *own)
+        return gpu_pivoting.launch_by_grid(large, middle, *own)

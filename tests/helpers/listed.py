@@ -12,6 +12,7 @@ from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.serial.update import update
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.serial import zone_buffers as at
+from izo_ref.solvers.serial.envelope import dense_tiles
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.listed_zones import (
     most_vertices,
@@ -195,6 +196,7 @@ def solve_large(step, group: ThreadGroup = ALONE, options=None, most=MOST_LARGE,
     solve_by_all(
         group,
         step.zones.large,
+        step.zones.middle,
         step.zones.impact_offsets,
         step.zones.vertex_offsets,
         step.sizes,
@@ -208,7 +210,7 @@ def solve_large(step, group: ThreadGroup = ALONE, options=None, most=MOST_LARGE,
 
 def work_of_group(most=MOST_MIDDLE):
     """Return the work space of a group for zones of `most` impacts."""
-    n_numbers, n_indices = work_of_group_pivot(most, most_vertices(most), most)
+    n_numbers, n_indices = work_of_group_pivot(most, most_vertices(most), dense_tiles(most))
     return np.full(n_numbers, np.nan), np.full(n_indices, -7, np.int32)
 
 
@@ -246,12 +248,16 @@ def step_of_cpu(step) -> Any:
     return same
 
 
-def leave_large_zones(monkeypatch, pivoting):
-    """Give the launch for large zones no room for any factor.
+def leave_larger_zones(monkeypatch, pivoting):
+    """Give the launches for middle and large zones no room for any zone.
 
     Args:
         monkeypatch: The fixture.
         pivoting: The module `izo_ref/solvers/gpu_pivoting.py`.
     """
-    monkeypatch.setattr(pivoting, "NUMBERS_PER_IMPACT", 0)
-    monkeypatch.setattr(pivoting, "vector_size", lambda n, n_vertices: 1)
+    monkeypatch.setattr(pivoting, "work_of_group_pivot", work_without_room)
+
+
+def work_without_room(n, n_vertices, n_tiles):
+    """Return the work space of a group that has no room for any zone."""
+    return 1, 1

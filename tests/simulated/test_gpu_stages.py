@@ -16,7 +16,7 @@ from izo_ref.loop.iterate import Loop
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
-from tests.helpers.listed import leave_large_zones
+from tests.helpers.listed import leave_larger_zones
 from tests.helpers.sample import sample
 from tests.helpers.shapes import falling_sheet, two_sheets, vertex_over_face
 from tests.helpers.touching import random_scene
@@ -94,7 +94,7 @@ def test_steps_without_room_end_with_the_same_bits(rng, request, monkeypatch, na
     if name == "left":
         monkeypatch.setattr(solve, "SMALL", 1)
         monkeypatch.setattr(pivoting, "LARGEST", 1)
-        leave_large_zones(monkeypatch, pivoting)
+        leave_larger_zones(monkeypatch, pivoting)
     expected = izo_ref.resolve(scene, THICKNESS_M, "cuda", options)
     grown = request.getfixturevalue("grown")
     found = izo_ref.resolve(scene, THICKNESS_M, "cuda", options)

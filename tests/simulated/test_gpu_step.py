@@ -13,7 +13,7 @@ from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.presets import PRESETS
 from izo_ref.solvers.solve import solve_system
-from tests.helpers.listed import leave_large_zones
+from tests.helpers.listed import leave_larger_zones
 from tests.helpers.shapes import falling_sheet, pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
@@ -135,8 +135,7 @@ def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch,
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(pivoting, "THREADS", 3)
     monkeypatch.setattr(pivoting, "LARGEST", largest)
-    monkeypatch.setattr(pivoting, "work_of_group_pivot", lambda *sizes: (1, 1))
-    leave_large_zones(monkeypatch, pivoting)
+    leave_larger_zones(monkeypatch, pivoting)
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")
@@ -148,7 +147,7 @@ def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch,
 def test_zones_that_are_left_start_from_their_last_solution(rng, monkeypatch):
     monkeypatch.setattr(solve, "SMALL", 1)
     monkeypatch.setattr(pivoting, "LARGEST", 1)
-    leave_large_zones(monkeypatch, pivoting)
+    leave_larger_zones(monkeypatch, pivoting)
     scene, starts = two_sheets(rng, 3), []
 
     def noted(system, options, **more):

@@ -15,12 +15,13 @@ from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.serial import group_guess
 from izo_ref.solvers.serial import zone_buffers as at
+from izo_ref.solvers.serial.envelope import dense_tiles
 from izo_ref.zones.gpu_grouping import GroupingStage
 from izo_ref.zones.serial import group_counts
 from izo_ref.zones.serial import listed_zones as listed
 from izo_ref.zones.serial.group_records import ZoneRule
 from tests.helpers import listed as helper
-from tests.helpers.listed import leave_large_zones, listed_step, run
+from tests.helpers.listed import leave_larger_zones, listed_step, run
 from validation import ptx
 from validation.scenes.zones import random_zone
 
@@ -35,7 +36,7 @@ def _same_limits(monkeypatch):
     monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
     monkeypatch.setattr(solve, "SMALL", helper.MOST_SMALL)
     monkeypatch.setattr(pivoting, "LARGEST", helper.MOST_MIDDLE)
-    monkeypatch.setattr(pivoting, "MOST_ACTIVE", helper.MOST_MIDDLE)
+    monkeypatch.setattr(pivoting, "MOST_TILES", dense_tiles(helper.MOST_MIDDLE))
     monkeypatch.setattr(pivoting, "THREADS", 2)
 
 
@@ -80,14 +81,15 @@ def check_same(own, step):
 
 @pytest.mark.parametrize("fits", [True, False])
 def test_five_launches_solve_the_zones_and_update_the_step(monkeypatch, fits):
-    """A large zone whose factor does not fit is left."""
+    """Zones for which there is no room are left."""
     step = a_step()
     if not fits:
-        leave_large_zones(monkeypatch, pivoting)
+        leave_larger_zones(monkeypatch, pivoting)
+        monkeypatch.setattr(helper, "solve_middle", lambda step: None)
         monkeypatch.setattr(helper, "solve_large", lambda step: None)
     own = OnGpu(step, ENOUGH)
-    assert len(run(step)) == (not fits)
-    assert step.counts[at.SOLVED] == 6 + fits
+    assert len(run(step)) == (0 if fits else 3)
+    assert step.counts[at.SOLVED] == (7 if fits else 4)
     launches = own.launches()
     assert len(launches) == 5
     program = Program(launches)

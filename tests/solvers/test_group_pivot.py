@@ -9,7 +9,7 @@ from izo_ref.base.arrays import Flags, Floats, Ints
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.scaled_constraints import scale_constraints
 from izo_ref.solvers.serial.constraints import residuals
-from izo_ref.solvers.serial.envelope import SIDE
+from izo_ref.solvers.serial.envelope import SIDE, dense_tiles
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
 from izo_ref.solvers.serial.small_zone import Limits
@@ -47,7 +47,7 @@ def pivoted(
     rows, n = scale_constraints(system), len(zone.nodes)
     last = int(system.vertex_offsets[1])
     own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
-    n_numbers, n_indices = work_of_group_pivot(n, last, most_active)
+    n_numbers, n_indices = work_of_group_pivot(n, last, dense_tiles(min(n, most_active)))
     work: tuple[Floats, Floats, Ints] = (
         np.full(near_size, np.nan),
         np.full(n_numbers, np.nan),

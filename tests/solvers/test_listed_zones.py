@@ -7,6 +7,7 @@ from izo_ref.base.options import Options
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.serial import listed_zones
 from izo_ref.solvers.serial import zone_buffers as at
+from izo_ref.solvers.serial.group_pivot import NO_ROOM
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.serial import listed_zones as listed
 from tests.helpers.listed import (
@@ -186,6 +187,20 @@ def test_zones_without_work_space_are_left(rng):
     assert sizes[left].tolist() == [7, 33, 61]
     solved = np.setdiff1d(np.arange(len(sizes)), left)
     assert sizes[solved].min() == 1
+
+
+def test_all_threads_solve_the_middle_zones_that_had_no_room(rng):
+    zones = some_zones(rng, (9, 33, 60))
+    expected, step = listed_step(zones), listed_step(zones)
+    run(expected)
+    write(step)
+    solve_middle(step, most=MOST_MIDDLE // 3)
+    sizes = np.diff(step.on_cpu.impact_offsets)
+    assert (step.answers.steps[: len(sizes)] == NO_ROOM).tolist() == (sizes > 9).tolist()
+    solve_large(step)
+    take_answers(step)
+    assert step.counts[at.LEFT] == 0
+    assert np.array_equal(step.state.positions, expected.state.positions)
 
 
 def test_slots_solve_each_zone_once(rng):

@@ -121,7 +121,9 @@ def test_a_step_is_its_iterations_a_certificate_and_the_way_to_the_gpu():
 
 def test_a_zone_is_factorised_once_a_solve():
     own = GroupZone(1000, 300, 10, 19, 100, 3e6, True)
-    assert gpu_bounds.zone_ms(own, ONE) == pytest.approx(1e3 * 10 * 3e6 / 1e9)
+    whole = gpu_bounds.zone_ms(own, ONE, 100)
+    assert whole == pytest.approx(1e3 * 10 * 3e6 / 1e9)
+    assert gpu_bounds.zone_ms(own, ONE, 1) == pytest.approx(100.0 * whole)
     assert gpu_bounds.waits_ms(own) == pytest.approx(1e3 * count_waits(own) * 1.3e-6)
 
 
@@ -200,7 +202,7 @@ def test_the_largest_counts_of_an_iteration_are_shown(measured):
 def test_the_page_says_what_is_computed(measured):
     text = report.page(measured, measured).read_text()
     computed = [line for line in text.splitlines() if line.endswith("| computed, not measured |")]
-    assert len(computed) == 7 + 2 + 1, "stages, steps and zones"
+    assert len(computed) == 7 + 2 + 2, "stages, steps and zones"
     assert "300 operations a pair" in text
     assert f"| kernels |  | 103 | {LIMITS['kernels'].most} | 15 |" in text
     assert "Python alone takes 1 ms" in text

@@ -154,9 +154,10 @@ def step_ms(own: Sizes, operations_of_a_pair: float, counts: Counts, machine: Ma
     return whole + certify + link_ms(own, machine)
 
 
-def zone_ms(own: GroupZone, machine: Machine) -> float:
-    """Return the time to factorise a zone once a solve, at least [ms]."""
-    return 1e3 * own.solves * own.operations / machine.float64_per_s
+def zone_ms(own: GroupZone, machine: Machine, n_multiprocessors: int) -> float:
+    """Return the time to factorise a zone once a solve on some multiprocessors, at least [ms]."""
+    rate = machine.float64_per_s * n_multiprocessors / machine.n_multiprocessors
+    return 1e3 * own.solves * own.operations / rate
 
 
 def waits_ms(own: GroupZone) -> float:

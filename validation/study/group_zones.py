@@ -10,7 +10,7 @@ from izo_ref.base.serial.group_sort import RUN
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.scaled_constraints import scale_constraints
-from izo_ref.solvers.serial.envelope import SIDE, count_tiles
+from izo_ref.solvers.serial.envelope import SIDE, count_tiles, dense_tiles
 from izo_ref.solvers.serial.group_guess import GUESS_STEPS
 from izo_ref.solvers.serial.group_memory import memory_of, work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
@@ -18,10 +18,10 @@ from izo_ref.solvers.serial.small_zone import Limits
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import problem_system
 
-# Waits of a solve beside those of its factor and its triangular solves: three number the active
-# constraints, two write the matrix, one the right-hand side, two give u and z, one counts those on
-# the wrong side, and three let them change sides.
-WAITS_OF_A_SOLVE = 12
+# Waits of a solve beside those of its factor: three number the active constraints, two write the
+# matrix, one the right-hand side, one ends the triangular solves, two give u and z, one counts what
+# is on the wrong side, and three let constraints change sides.
+WAITS_OF_A_SOLVE = 13
 
 
 class GroupZone(NamedTuple):
@@ -43,7 +43,7 @@ def solve_by_one(problem: ZoneProblem) -> GroupZone:
     options = Options()
     violation_m = options.violation_tolerance * problem.thickness
     limits = Limits(options.gap_tolerance, violation_m, FARTHEST, np.zeros(1, bool))
-    n_numbers, n_indices = work_of_group_pivot(n, n_vertices, n)
+    n_numbers, n_indices = work_of_group_pivot(n, n_vertices, dense_tiles(n))
     numbers, indices = np.zeros(n_numbers), np.zeros(n_indices, np.int32)
     u, z = np.zeros(n), np.zeros(3 * n_vertices)
     own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
@@ -67,5 +67,5 @@ def count_waits(own: GroupZone) -> int:
     """
     passes = max(math.ceil(math.log2(own.impacts / RUN)), 0)
     before = 2 + 3 + 1 + (1 + passes) + 1 + (2 + 2 * GUESS_STEPS)
-    of_tiles = (1 + 2 * (own.tile_rows - 1)) + 2 * own.tile_rows
+    of_tiles = 1 + 2 * (own.tile_rows - 1)
     return before + own.solves * (WAITS_OF_A_SOLVE + of_tiles) + 3

@@ -140,5 +140,9 @@ def _prepared(problem: ZoneProblem, n_copies: int) -> tuple[ZoneSystem, Any, Any
 
         return run
 
-    launches = solver.launch_of_small, solver.launch_of_middle, solver.launch_of_large
-    return system, solver, [from_the_start(launch(copies, *offsets)) for launch in launches]
+    launches = [
+        solver.launch_of_small(copies, *offsets),
+        solver.launch_of_middle(copies, *offsets),
+        solver.launch_of_large(copies, copies, *offsets),
+    ]
+    return system, solver, [from_the_start(launch) for launch in launches]

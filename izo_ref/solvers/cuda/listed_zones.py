@@ -101,7 +101,8 @@ def solve_list_in_blocks(
 @cuda_kernel
 def solve_list_by_grid(
     # In:
-    zones: Indices,  # (n,) i8, the list of large zones
+    large: Indices,  # (n,) i8, the list of large zones
+    middle: Indices,  # (n,) i8, the list of middle zones
     impact_offsets: Offsets,  # (n_zones + 1,) i8
     vertex_offsets: Offsets,  # (n_zones + 1,) i8
     sizes: Indices,  # (8,) i8, how much is to be done
@@ -113,7 +114,7 @@ def solve_list_by_grid(
     indices_out: Ints,  # (l,) i4, work space
     parts_out: Floats,  # (n_blocks, 7) f8, zeros, work space
 ) -> None:
-    """Solve large zones, one after the other, by all blocks."""
+    """Solve large zones, and middle ones that had no room, one by one, by all blocks."""
     group = grid(parts_out)
-    own = zones, impact_offsets, vertex_offsets, sizes, rows, limits
+    own = large, middle, impact_offsets, vertex_offsets, sizes, rows, limits
     solve_by_all(group, *own, numbers_out, indices_out, answers_out)

@@ -48,10 +48,10 @@ def count_tiles(n: AnyInt) -> int:
 
 
 @inlined
-def dense_size(n: AnyInt) -> int:
-    """Return how many numbers the tiles of n rows have, if every row begins at column 0."""
+def dense_tiles(n: AnyInt) -> int:
+    """Return how many tiles n rows have, if every row begins at column 0."""
     tiles = (n + SIDE - 1) >> SHIFT
-    return AREA * ((tiles * (tiles + 1)) >> 1)
+    return (tiles * (tiles + 1)) >> 1
 
 
 @compiled
@@ -219,6 +219,9 @@ def _take_product(a: Floats, own: AnyInt, left: AnyInt, above: AnyInt, entry: An
 def solve(group: ThreadGroup, envelope: Envelope, a: Floats, scales: Floats, x: Floats) -> None:
     """Solve L L^T x' = x in place; all threads have to see x before, and see x' afterwards.
 
+    One team solves. There is too little to do for more threads in a tile column, and the threads of
+    a team wait for each other in less time.
+
     Args:
         group: The threads.
         envelope: Where the tiles are.
@@ -226,82 +229,22 @@ def solve(group: ThreadGroup, envelope: Envelope, a: Floats, scales: Floats, x: 
         scales: What `factorize` wrote.
         x: (>= SIDE envelope.n,) f8.
     """
-    n, is_last, others = envelope.n, _is_last_team(group), _count_others(group)
-    if n == 0:
-        return
-    if is_last:
-        _solve_tile(group, a, tile_at(envelope, 0, 0), scales, 0, x)
+    if _is_last_team(group):
+        for k in range(envelope.n):
+            _solve_tile(group, a, tile_at(envelope, k, k), scales, k, x)
+            _take_below(group, envelope, k, a, x)
+        for k in range(envelope.n - 1, -1, -1):
+            _solve_tile_back(group, a, tile_at(envelope, k, k), scales, k, x)
+            _take_left(group, envelope, k, a, x)
     group.wait()
-    for k in range(n - 1):
-        if is_last:
-            _take_below(group.team.rank(), group.team.size(), envelope, k, (k + 1, k + 2), a, x)
-            _solve_tile(group, a, tile_at(envelope, k + 1, k + 1), scales, k + 1, x)
-        if group.rank() < others:
-            _take_below(group.rank(), others, envelope, k, (k + 2, n), a, x)
-        group.wait()
-    if is_last:
-        _solve_tile_back(group, a, tile_at(envelope, n - 1, n - 1), scales, n - 1, x)
-    group.wait()
-    for k in range(n - 1, 0, -1):
-        if is_last:
-            _take_left(group.team.rank(), group.team.size(), envelope, k, (k - 1, k), a, x)
-            _solve_tile_back(group, a, tile_at(envelope, k - 1, k - 1), scales, k - 1, x)
-        if group.rank() < others:
-            _take_left(group.rank(), others, envelope, k, (0, k - 1), a, x)
-        group.wait()
-
-
-@compiled
-def _take_below(
-    rank: AnyInt,
-    size: AnyInt,
-    envelope: Envelope,
-    k: AnyInt,
-    rows: tuple[AnyInt, AnyInt],
-    a: Floats,
-    x: Floats,
-) -> None:
-    """Take the products of tile column k with its unknowns from x, for a range of tile rows."""
-    begin, end = rows[0], min(rows[1], envelope.lasts[k] + 1)
-    row, own = SIDE * begin + rank, SIDE * k
-    while row < SIDE * end:
-        at, total = place(tile_at(envelope, row >> SHIFT, k) + (row & (SIDE - 1))), 0.0
-        for c in range(SIDE):
-            total += a[at] * x[place(own + c)]
-            at = place(at + SIDE)
-        x[place(row)] -= total
-        row += size
-
-
-@compiled
-def _take_left(
-    rank: AnyInt,
-    size: AnyInt,
-    envelope: Envelope,
-    k: AnyInt,
-    columns: tuple[AnyInt, AnyInt],
-    a: Floats,
-    x: Floats,
-) -> None:
-    """Take the products of tile row k, transposed, with its unknowns from x, for some columns."""
-    begin, end = max(columns[0], envelope.firsts[k]), columns[1]
-    column, own, row_at = SIDE * begin + rank, SIDE * k, tile_at(envelope, k, 0)
-    while column < SIDE * end:
-        at, total = place(row_at + SIDE * column), 0.0
-        for r in range(SIDE):
-            total += a[at] * x[place(own + r)]
-            at = place(at + ONE)
-        x[place(column)] -= total
-        column += size
 
 
 @compiled
 def _solve_tile(
     group: ThreadGroup, a: Floats, at: AnyInt, scales: Floats, k: AnyInt, x: Floats
 ) -> None:
-    """Solve with tile k on the diagonal, by the threads of a team."""
+    """Solve with tile k on the diagonal, by the threads of a team, which see x afterwards."""
     rank, size, own = group.team.rank(), group.team.size(), SIDE * k
-    group.team.wait()
     for c in range(SIDE):
         value, r = x[place(own + c)] * scales[place(own + c)], rank
         while r < SIDE:
@@ -309,29 +252,58 @@ def _solve_tile(
                 x[place(own + r)] -= value * a[place(at + c * SIDE + r)]
             r += size
         group.team.wait()
-    _scale(rank, size, own, scales, x)
+    _scale(group, own, scales, x)
 
 
 @compiled
 def _solve_tile_back(
     group: ThreadGroup, a: Floats, at: AnyInt, scales: Floats, k: AnyInt, x: Floats
 ) -> None:
-    """Solve with tile k on the diagonal, transposed, by the threads of a team."""
+    """Solve with tile k on the diagonal, transposed, by the threads of a team, which see x."""
     rank, size, own = group.team.rank(), group.team.size(), SIDE * k
-    group.team.wait()
     for c in range(SIDE - 1, -1, -1):
         value, r = x[place(own + c)] * scales[place(own + c)], rank
         while r < c:
             x[place(own + r)] -= value * a[place(at + r * SIDE + c)]
             r += size
         group.team.wait()
-    _scale(rank, size, own, scales, x)
+    _scale(group, own, scales, x)
 
 
-@inlined
-def _scale(rank: AnyInt, size: AnyInt, own: AnyInt, scales: Floats, x: Floats) -> None:
+@compiled
+def _scale(group: ThreadGroup, own: AnyInt, scales: Floats, x: Floats) -> None:
     """Multiply the unknowns of a tile by the reciprocals of the diagonal of L."""
-    r = rank
+    r, size = group.team.rank(), group.team.size()
     while r < SIDE:
         x[place(own + r)] *= scales[place(own + r)]
         r += size
+    group.team.wait()
+
+
+@compiled
+def _take_below(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats, x: Floats) -> None:
+    """Take the products of tile column k with its unknowns from x below, by a team."""
+    row, end, own = group.team.rank() + SIDE * (k + 1), SIDE * (envelope.lasts[k] + 1), SIDE * k
+    while row < end:
+        at, total = place(tile_at(envelope, row >> SHIFT, k) + (row & (SIDE - 1))), 0.0
+        for c in range(SIDE):
+            total += a[at] * x[place(own + c)]
+            at = place(at + SIDE)
+        x[place(row)] -= total
+        row += group.team.size()
+    group.team.wait()
+
+
+@compiled
+def _take_left(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats, x: Floats) -> None:
+    """Take the products of tile row k, transposed, with its unknowns from x above, by a team."""
+    column, own = group.team.rank() + SIDE * envelope.firsts[k], SIDE * k
+    row_at = tile_at(envelope, k, 0)
+    while column < own:
+        at, total = place(row_at + SIDE * column), 0.0
+        for r in range(SIDE):
+            total += a[at] * x[place(own + r)]
+            at = place(at + ONE)
+        x[place(column)] -= total
+        column += group.team.size()
+    group.team.wait()

@@ -17,6 +17,9 @@ from izo_ref.solvers.serial.group_zone import Zone, product, pull, row_sum
 # sphere-10k. With 30 steps, they take 4.1, 5.6 and 21 solves on average, and 5 of the 22 zones of
 # sphere-10k are not solved. All are solved with 100 steps (2.3, 3.4 and 12 solves), with 200 (2.0,
 # 2.4 and 9.0) and with 400 (1.7, 2.0 and 9.4). A step waits twice, as two columns of a factor do.
+# Of the 237 zones with more than 512 impacts of these steps and of stack-6k, sheets-10k and
+# sheets-50k, 229 are solved after 200 steps from the last solution, in 4.7 solves on average, and
+# 227 after 200 steps from 0, in 7.9.
 GUESS_STEPS = 200
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from izo_ref.base.arrays import Floats, Ints
 from izo_ref.base.compile import compiled
-from izo_ref.solvers.serial.envelope import SIDE, count_tiles, dense_size
+from izo_ref.solvers.serial.envelope import AREA, SIDE, count_tiles
 
 
 class Memory(NamedTuple):
@@ -76,14 +76,12 @@ def index_size(n: int, n_vertices: int) -> int:
 
 
 @compiled
-def work_of_group_pivot(n: int, n_vertices: int, most_active: int) -> tuple[int, int]:
+def work_of_group_pivot(n: int, n_vertices: int, n_tiles: int) -> tuple[int, int]:
     """Return the work space of a zone of n impacts, in f8 numbers and in i4 indices.
 
     Args:
         n: Impacts of the zone.
         n_vertices: Its unpinned vertices.
-        most_active: Active constraints whose factor surely fits. More of them fit if the zone is
-            long, because its factor is narrow then.
+        n_tiles: Tiles of its factor.
     """
-    numbers = vector_size(n, n_vertices) + dense_size(min(n, most_active))
-    return numbers, index_size(n, n_vertices)
+    return vector_size(n, n_vertices) + AREA * n_tiles, index_size(n, n_vertices)

@@ -41,6 +41,8 @@ from izo_ref.solvers.serial.group_zone import Zone, add_gram_row, link_entries, 
 from izo_ref.solvers.serial.settings import LEAST_TOLERANCE
 from izo_ref.solvers.serial.small_zone import Limits
 
+NO_ROOM = -1  # a number of solves: the factor does not fit
+
 
 @compiled
 def group_pivot(
@@ -86,8 +88,8 @@ def group_pivot(
         z_out: (3 n_unknowns,) f8 [m kg^1/2]; the coordinates of first..last are written.
 
     Returns:
-        Whether the zone is solved to the limits, and the number of solves. If it is not solved, u
-        and z are invalid.
+        Whether the zone is solved to the limits, and the number of solves, or NO_ROOM if its factor
+        does not fit. If it is not solved, u and z are invalid.
     """
     n, n_vertices = end - begin, last - first
     zone = Zone(
@@ -154,7 +156,7 @@ def _pivot(
         far: f8, memory for the factor; the zone is not solved if it does not fit there either.
 
     Returns:
-        Whether the zone is solved, and the number of solves.
+        Whether the zone is solved, and the number of solves or NO_ROOM.
     """
     slop = TOLERATED_SLOP * tolerance
     fewest, since, last_off = zone.rhs.shape[0] + 1.0, 0, np.inf
@@ -164,7 +166,7 @@ def _pivot(
             if step > 1:
                 envelope = number_active(zone, memory)
             if size_of(envelope) > far.shape[0]:
-                return False, step
+                return False, NO_ROOM
             factor = near if size_of(envelope) <= near.shape[0] else far
             _factorize_active(zone, memory, envelope, factor)
         _solve_active(zone, memory, envelope, factor)

@@ -5,7 +5,7 @@ from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_add, group_maxima
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.group_memory import index_size, vector_size
-from izo_ref.solvers.serial.group_pivot import group_pivot
+from izo_ref.solvers.serial.group_pivot import NO_ROOM, group_pivot
 from izo_ref.solvers.serial.small_zone import (
     BLOCK_PIVOT,
     Limits,
@@ -136,7 +136,8 @@ def solve_by_group(
 @compiled
 def solve_by_all(
     group: ThreadGroup,
-    zones: Indices,
+    large: Indices,
+    middle: Indices,
     impact_offsets: Offsets,
     vertex_offsets: Offsets,
     sizes: Indices,
@@ -146,14 +147,18 @@ def solve_by_all(
     indices: Ints,
     answers_out: ZoneAnswers,
 ) -> None:
-    """Solve large zones, one after the other, by all threads that there are.
+    """Solve zones, one after the other, by all threads that there are.
+
+    These are the large zones, and the middle zones whose factor had no room in the work space of a
+    group.
 
     Args:
         group: The threads.
-        zones: i8, the list of large zones.
+        large: i8, the list of large zones.
+        middle: i8, the list of middle zones, which groups have solved before.
         impact_offsets: (n_zones + 1,) i8.
         vertex_offsets: (n_zones + 1,) i8.
-        sizes: (N_SIZES,) i8; LARGE is the length of the list.
+        sizes: (N_SIZES,) i8; LARGE and MIDDLE are the lengths of the lists.
         rows: The constraints of all zones.
         limits: What counts as solved.
         numbers: f8, work space. Zones that it is too small for are not solved.
@@ -161,8 +166,12 @@ def solve_by_all(
         answers_out: The entries of these zones are written.
     """
     own = impact_offsets, vertex_offsets, rows, limits, numbers[:0], numbers, indices
-    for i in range(sizes[at.LARGE]):
-        _solve_zone(group, int(zones[i]), *own, answers_out)
+    n_large = sizes[at.LARGE]
+    for i in range(n_large + sizes[at.MIDDLE]):  # one loop, because a GPU has each call in full
+        zone = int(large[i]) if i < n_large else int(middle[i - n_large])
+        is_left = not answers_out.solved[zone] and answers_out.steps[zone] == NO_ROOM
+        if i < n_large or is_left:
+            _solve_zone(group, zone, *own, answers_out)
 
 
 @compiled
@@ -181,9 +190,9 @@ def _solve_zone(
     """Solve a zone by a group; parameters as of `solve_by_group`."""
     begin, end = impact_offsets[zone], impact_offsets[zone + 1]
     first, last = vertex_offsets[zone], vertex_offsets[zone + 1]
-    solved, steps = False, 0
     has_numbers = vector_size(end - begin, last - first) <= numbers.shape[0]
     has_room = has_numbers and index_size(end - begin, last - first) <= indices.shape[0]
+    solved, steps = False, 0 if has_room else NO_ROOM
     if has_room and not group_finds_hopeless(group, begin, end, rows.hopeless):
         solved, steps = group_pivot(
             group,

@@ -68,4 +68,4 @@ class ZoneAnswers(NamedTuple):
     multipliers: Multipliers  # (n_impacts,) f8 [m kg^1/2]; before, those of the last solution
     z: Floats  # (3 n_unpinned,) f8 [m kg^1/2]
     solved: Flags  # (n_zones,) b1
-    steps: Ints  # (n_zones,) i4, steps of the method that gave the answer
+    steps: Ints  # (n_zones,) i4, steps of the method; -1 if there was no room for a factor
