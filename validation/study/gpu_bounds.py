@@ -6,9 +6,11 @@ kernels there are. Operations in float64 are those of the proofs (`operations.py
 factorisation of each zone.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
 from izo_ref import Result, resolve
@@ -25,6 +27,7 @@ from validation.study.gpu_parts import Clock, seeded
 from validation.study.group_zones import GroupZone, count_waits, solve_by_one
 from validation.study.operations import measured_operations
 from validation.study.parts import Say
+from validation.study.timing import measure
 
 TRIANGLES = (10_000, 100_000, 1_000_000)
 IMPACTS = 1000  # of a random zone
@@ -35,6 +38,7 @@ POINT, VERTEX = 24, 48  # bytes of a position, and of both ends of a path
 IMPACT = 4 * 4 + 1 + 8 + 4 * 8 + 3 * 8  # bytes of an impact: nodes, kind, time, weights, normal
 CONTACT = 8 + 4 * 4 + 1 + 8 + 3 * 8  # bytes of a contact: key, nodes, kind, time, direction
 PAIR, KEY = 8, 16  # bytes of a pair, and of a key with its place
+REPEATS, CPU_BUDGET_S = 5, 120.0  # of a step on the CPU
 
 
 class Sizes(NamedTuple):
@@ -172,7 +176,13 @@ def bounds(folder: Path, say: Say, _clock: Clock) -> None:
         scene = meeting_sheets(seeded(n), n)
         if not rows.has(triangles=len(scene.faces)):
             operations = operations or measured_operations()
-            rows.add(**sizes_of(scene)._asdict(), operations_of_a_pair=operations.each)
+            cpu = measure(partial(resolve, scene), REPEATS, CPU_BUDGET_S)
+            rows.add(
+                **sizes_of_result(scene, cpu.result)._asdict(),
+                operations_of_a_pair=operations.each,
+                cpu_ms=1e3 * cpu.seconds,
+                cpu_threads=numba.get_num_threads(),
+            )
         say(f"bounds: {len(scene.faces)} triangles")
     rows = Rows(folder, "zone_sizes", ("zone", "impacts"))
     for name, problem in (("random", random_zone(seeded(0), IMPACTS)), ("stack", stack_of_1000())):
