@@ -25,15 +25,12 @@ from izo_ref.detection.serial.tree import Tree
 from izo_ref.solvers.serial.records import Inputs, Results, WorkSpace
 from izo_ref.solvers.serial.settings import Settings
 from izo_ref.solvers.serial.small_zone import Limits
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers, ZoneRows
 from izo_ref.zones.serial.group_records import (
     GroupWork,
-    SelectionRule,
     SelectionWork,
     StepArrays,
     VertexLabels,
-    ZoneImpacts,
-    ZoneLists,
     ZoneRule,
 )
 from izo_ref.zones.serial.listed_zones import ListedZones
@@ -50,9 +47,8 @@ DTYPES = {"f8": "float64", "f4": "float32", "i8": "int64", "i4": "int32", "i1": 
     "b1": "boolean",
 }
 OF_DETECTION = (Impacts, ContactList, PathArrays, SortSpace)
-OF_GROUPS = (GroupWork, SelectionRule, SelectionWork, StepArrays)
-OF_GROUPS += (VertexLabels, ZoneImpacts, ZoneLists, ZoneRule)
-OF_ZONES = (ListedZones, StepInputs, StepState, ZoneRows, ZoneAnswers)
+OF_GROUPS = (GroupWork, SelectionWork, StepArrays, VertexLabels, ZoneRule)
+OF_ZONES = (ListedZones, ZoneRows, ZoneAnswers)
 OF_SOLVERS = (Settings, Limits, Inputs, Results, WorkSpace)
 RECORDS = {
     record.__name__: record for record in (Tree, *OF_DETECTION, *OF_GROUPS, *OF_ZONES, *OF_SOLVERS)

@@ -247,7 +247,7 @@ class Checked:
 def driving(driver: Driver) -> Iterator[None]:
     """Let the host code of this process use a driver that stands in for one of a GPU.
 
-    Every kernel gets a new launcher, which checks that the types of all arguments are those of the
+    Nothing is compiled, but every launch checks that the types of all arguments are those of the
     contract of the kernel.
 
     Args:
@@ -261,12 +261,11 @@ def driving(driver: Driver) -> Iterator[None]:
     with ExitStack() as stack:
         for module in (memory, launch, program):
             stack.enter_context(patch.object(module, "driver", driver))
-        stack.enter_context(patch.object(memory, "POOL", memory.Pool()))
+        stack.enter_context(patch.object(memory, "unused_blocks", []))
         stack.enter_context(patch.object(memory, "_thread", threading.local()))
         stack.enter_context(patch.object(cuda, "current_context", lambda: context))
         stack.enter_context(patch.object(cuda, "get_current_device", lambda: GPU))
         stack.enter_context(patch.object(cuda, "is_available", lambda: True))
         for name, kernel in ptx.kernels():
-            own = launch.Launcher(Checked(name, kernel))
-            stack.enter_context(patch.object(kernel, "_launcher", own))
+            stack.enter_context(patch.object(kernel, "_dispatcher", Checked(name, kernel)))
         yield

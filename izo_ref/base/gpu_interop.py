@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
 from typing import Any
 
 # installed with numba-cuda
@@ -10,7 +11,7 @@ from numba import cuda
 from numba.cuda.core import config
 
 from izo_ref.base.arrays import GpuArray
-from izo_ref.base.cuda.memory import DeviceArray, array_at
+from izo_ref.base.cuda.memory import DeviceArray
 from izo_ref.base.cuda.simulated import array_of
 
 LEGACY_STREAM = 1  # number in DLPack of the default stream, on which this package launches all
@@ -31,12 +32,16 @@ def viewed(array: Any) -> GpuArray:
     # DLPack they wait for it.
     if not hasattr(array, "__dlpack__") or (interface or {}).get("stream") is not None:
         return cuda.as_cuda_array(array)
-    return cuda.as_cuda_array(Described(array, LEGACY_STREAM))
+    return cuda.as_cuda_array(described(array, LEGACY_STREAM))
 
 
 def own_array(array: Any) -> GpuArray:
     """Return the memory of any array on a GPU as an array of ours, which kernels take."""
-    return array_at(viewed(array))
+    own = viewed(array)
+    # an array of the simulator is one of numpy
+    interface = "__array_interface__" if config.ENABLE_CUDASIM else "__cuda_array_interface__"
+    address = getattr(own, interface)["data"][0]
+    return DeviceArray(address, own.shape, own.dtype, own, own.strides)
 
 
 def shared_array(array: GpuArray) -> Any:
@@ -44,27 +49,24 @@ def shared_array(array: GpuArray) -> Any:
     return array_of(array) if config.ENABLE_CUDASIM else cuda.as_cuda_array(array)
 
 
-class Described:
-    """An array with DLPack, described by the interface that numba reads; keeps the array alive.
+def described(array: Any, stream: int) -> Any:
+    """Return an array with DLPack as an object with the interface that numba reads.
+
+    The object keeps the array alive.
 
     Args:
-        array: An array on a GPU.
+        array: An array on a GPU, which waits for its own launches first.
         stream: Number of the stream on which it will be used.
-
-    Attributes:
-        view: The view of the array's memory.
     """
-
-    def __init__(self, array: Any, stream: int) -> None:
-        """Ask the array for its memory; it waits for its own launches first."""
-        self.view = StridedMemoryView.from_dlpack(array, stream_ptr=stream)
-        strides = self.view.strides
-        if strides is not None:
-            strides = tuple(stride * self.view.dtype.itemsize for stride in strides)
-        self.__cuda_array_interface__ = {
-            "shape": tuple(self.view.shape),
-            "typestr": self.view.dtype.str,
-            "data": (self.view.ptr, self.view.readonly),
-            "strides": strides,
-            "version": 3,
-        }
+    view = StridedMemoryView.from_dlpack(array, stream_ptr=stream)
+    strides = view.strides
+    if strides is not None:
+        strides = tuple(stride * view.dtype.itemsize for stride in strides)
+    interface = {
+        "shape": tuple(view.shape),
+        "typestr": view.dtype.str,
+        "data": (view.ptr, view.readonly),
+        "strides": strides,
+        "version": 3,
+    }
+    return SimpleNamespace(__cuda_array_interface__=interface, view=view)

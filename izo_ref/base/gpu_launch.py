@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from izo_ref.base.cuda.compile import Kernel
-from izo_ref.base.cuda.memory import new_array
 from izo_ref.base.cuda.thread_group import PARTS, shared_bytes
 from izo_ref.base.devices import fixed_launch
+from izo_ref.base.gpu_arrays import zeros
 
 # Threads of a block whose blocks wait for each other. With more, a thread has fewer registers than
 # most kernels use.
@@ -25,8 +25,7 @@ def by_grid(kernel: Kernel, *arguments: Any, n_threads: int = THREADS) -> Any:
         n_threads: Threads of a block, for which each multiprocessor has enough registers.
     """
     n_blocks, size = fixed_launch(1, n_threads)
-    parts = new_array((n_blocks, PARTS), np.float64)
-    parts.clear()
+    parts = zeros((n_blocks, PARTS), np.float64)
     return kernel.prepare(n_blocks, size, *arguments, parts, shared_bytes=shared_bytes(size))
 
 

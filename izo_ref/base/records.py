@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
@@ -213,15 +213,25 @@ def take_rows(columns: Iterable[AnyArray], index: Any) -> list[AnyArray]:
     return [column.take(places, axis=0) for column in columns]
 
 
+def empty_impacts(n: int, empty: Callable[[tuple[int, ...], Any], Any] = np.empty) -> Impacts:
+    """Return room for n impacts, not written to.
+
+    Args:
+        n: Number of impacts.
+        empty: Makes an array of a shape and a dtype, on the CPU or on a GPU.
+    """
+    return Impacts(
+        empty((n, 4), np.int32),
+        empty((n,), np.bool_),
+        empty((n,), np.float64),
+        empty((n, 4), np.float64),
+        empty((n, 3), np.float64),
+    )
+
+
 def no_impacts() -> Impacts:
     """Return a record of no impacts."""
-    return Impacts(
-        np.empty((0, 4), np.int32),
-        np.empty(0, bool),
-        np.empty(0),
-        np.empty((0, 4)),
-        np.empty((0, 3)),
-    )
+    return empty_impacts(0)
 
 
 def join_impacts(parts: Iterable[Impacts]) -> Impacts:

@@ -4,10 +4,9 @@ from collections.abc import Set
 
 import numpy as np
 
-from izo_ref.base.arrays import Flags, Positions
+from izo_ref.base.arrays import Flags, GpuArray, Positions
 from izo_ref.base.deadline import Deadline
 from izo_ref.base.gpu_arrays import empty, to_cpu, to_gpu
-from izo_ref.base.gpu_impacts import impacts_to_cpu
 from izo_ref.base.records import Impacts, PairCounts, SceneArrays
 from izo_ref.certificate.cuda import meetings as kernels
 from izo_ref.detection.gpu_detector import Detector
@@ -33,9 +32,19 @@ def filter_path(
     detector, end = Detector(scene), to_gpu(positions)
     found = detector.find(end)
     deadline.check()
-    n = found.toi.shape[0]
+    return to_cpu(found), which_meet(detector.start, end, found), detector.counts
+
+
+def which_meet(positions_t0: GpuArray, positions_t1: GpuArray, pairs: Impacts) -> Flags:
+    """Return which pairs certainly meet on a path, (n,) b1, on the CPU; False says nothing.
+
+    Args:
+        positions_t0: (n_vertices, 3) f8 [m], start of the path, on the GPU.
+        positions_t1: (n_vertices, 3) f8 [m], its end, on the GPU.
+        pairs: Impacts of the path, on the GPU.
+    """
+    n = pairs.toi.shape[0]
     meets = empty(n, np.bool_)
-    kernels.decide_meetings[n](
-        to_gpu(scene.positions_t0), end, found.nodes, found.is_edge_edge, found.toi, meets
-    )
-    return impacts_to_cpu(found), to_cpu(meets), detector.counts
+    own = pairs.nodes, pairs.is_edge_edge, pairs.toi, meets
+    kernels.decide_meetings[n](positions_t0, positions_t1, *own)
+    return to_cpu(meets)

@@ -10,26 +10,18 @@ once, makes longer lists, and detects again.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
-from izo_ref.base.arrays import GpuArray, Indices, Positions
-from izo_ref.base.gpu_arrays import (
-    copy_positions,
-    empty,
-    overwrite,
-    positions_of,
-    to_cpu,
-    to_gpu,
-)
-from izo_ref.base.gpu_impacts import empty_impacts, impacts_to_cpu, impacts_to_gpu
+from izo_ref.base.arrays import GpuArray, Indices
+from izo_ref.base.gpu_arrays import empty, overwrite, positions_of, to_cpu, to_gpu
 from izo_ref.base.gpu_launch import by_blocks, by_grid
-from izo_ref.base.records import Impacts, PairCounts, SceneArrays, join_impacts
+from izo_ref.base.records import Impacts, PairCounts, SceneArrays, empty_impacts, join_impacts
 from izo_ref.detection.cuda import contacts, tree
 from izo_ref.detection.gpu_found import Found, pair_counts, settled
 from izo_ref.detection.gpu_trees import frame_of_boxes, keys_to_ignore, make_trees
 from izo_ref.detection.serial import found_counts as places
-from izo_ref.detection.serial.group_contacts import LAST_KEY
 from izo_ref.detection.serial.prescribed import prescribed_impacts
 from izo_ref.detection.serial.records import ContactList, PathArrays, SortSpace
 from izo_ref.detection.touching_path import TouchingPath
@@ -45,7 +37,6 @@ PAIRS_PER_QUERY = 8
 # Contacts for which there is room at first, for each vertex, and the least room. A contact and its
 # impact take 225 bytes.
 CONTACTS_PER_VERTEX, LEAST_CONTACTS = 0.25, 1024
-LEAST_IGNORED = 64  # pairs to ignore for which there is room at first
 
 
 class Detector:
@@ -72,24 +63,18 @@ class Detector:
         self._counts = empty(places.N_COUNTS, np.int64) if counts is None else counts
         self.start = positions_of(scene, "positions_t0")
         self._end, self._seen = empty((n, 3), np.float64), empty((n, 3), np.float64)
-        self._frame, self._pinned = empty(4, np.float64), empty(n, np.bool_)
+        self._seen.clear(255)  # NaN: every vertex ends elsewhere
+        self._frame, self._pinned = to_gpu(frame_of_boxes(scene)), to_gpu(scene.pinned)
         self._boxes, self._moved = empty((n, 9), np.float32), empty(n, np.bool_)
-        self._ignored = empty(LEAST_IGNORED, np.int64)
-        self.trees = make_trees(scene, self.start)
+        self._ignored = to_gpu(keys_to_ignore(scene))
+        self._touching: TouchingPath | None = None
+        if scene.touching is not None:
+            self._touching = TouchingPath(scene.positions_t0, scene.touching)
+        self.trees = make_trees(scene)
         n_queries = self.trees[0].nodes.shape[0] + self.trees[1].nodes.shape[0]
         self._make_room_for_pairs(PAIRS_PER_QUERY * n_queries)
         self._make_room_for_contacts(max(int(CONTACTS_PER_VERTEX * n), LEAST_CONTACTS))
         self._prepared: list[Callable[..., None]] = []
-        self._begin(scene)
-
-    def restart(self, scene: SceneArrays) -> None:
-        """Take a new start of the same mesh, with other pairs to ignore.
-
-        Args:
-            scene: A scene with the same vertices, edges and faces.
-        """
-        copy_positions(scene, "positions_t0", self.start)
-        self._begin(scene)
 
     def go_on(self, positions: GpuArray) -> None:
         """Take a new start of the same mesh on the GPU, in the same coordinates of boxes.
@@ -100,24 +85,8 @@ class Detector:
         Args:
             positions: (n_vertices, 3) f8 [m], on the GPU.
         """
-        overwrite(self.start, positions)
+        self.start.copy_to_device(positions)
         self._seen.clear(255)  # NaN: every vertex ends elsewhere
-
-    def _begin(self, scene: SceneArrays) -> None:
-        """Take what may change from one scene to the next, but for the start on the GPU."""
-        self._frame.copy_to_device(frame_of_boxes(scene))
-        self._pinned.copy_to_device(np.ascontiguousarray(scene.pinned))
-        self._seen.clear(255)  # NaN: every vertex ends elsewhere
-        self._touching: TouchingPath | None = None
-        if scene.touching is not None:
-            self._touching = TouchingPath(scene.positions_t0, scene.touching)
-        keys = keys_to_ignore(scene)
-        if len(keys) > self._ignored.size:
-            self._ignored = empty(2 * len(keys), np.int64)
-            self._forget_launches()
-        padded = np.full(self._ignored.size, LAST_KEY)  # which is the key of no pair
-        padded[: len(keys)] = keys
-        self._ignored.copy_to_device(padded)
 
     def _forget_launches(self) -> None:
         """Let launches be prepared again, because an array was made anew."""
@@ -131,7 +100,7 @@ class Detector:
     def _make_room_for_contacts(self, n: int) -> None:
         """Make the arrays of n contacts and their impacts."""
         sort_space = SortSpace._make(empty(n, np.int64) for _ in range(4))
-        impacts = empty_impacts(n)
+        impacts = empty_impacts(n, empty)
         # kernels ask this list how much room there is, so it comes when everything has room
         new_list = ContactList(
             empty(n, np.int64),
@@ -226,27 +195,27 @@ class Detector:
             self._make_room_for_contacts(max(n_contacts, 2 * contact_room))
         return True
 
-    def find(self, positions_t1: GpuArray) -> Impacts:
+    def find(self, positions_t1: Any) -> Impacts:
         """Find the impacts of the path from the start to `positions_t1`.
 
         Args:
-            positions_t1: (n_vertices, 3) f8 [m], on the GPU.
+            positions_t1: (n_vertices, 3) f8 [m], on the CPU or on the GPU.
 
         Returns:
-            `Impacts` on the GPU: first the vertex-face pairs, sorted by vertex and face, then the
-            edge-edge pairs, sorted by their edges, and last the pairs that touch at the start. The
-            next detection overwrites the arrays.
+            `Impacts`, on the CPU if the positions are there: first the vertex-face pairs, sorted by
+            vertex and face, then the edge-edge pairs, sorted by their edges, and last the pairs
+            that touch at the start. On the GPU, the next detection overwrites the arrays.
         """
-        self._end.copy_to_device(positions_t1)
+        overwrite(self._end, positions_t1)
         while True:
             self._prepared = self._prepared or self.launches(self._end, False)
             for launch in self._prepared:
                 launch()
             counts = to_cpu(self._counts)
             if not self.grow(counts):
-                found = self.found(counts, self._end, False)
+                found = self.found(counts, self._end, False).impacts
                 self.remember(self._end)
-                return found.impacts
+                return to_cpu(found) if isinstance(positions_t1, np.ndarray) else found
 
     def remember(self, positions_t1: GpuArray) -> None:
         """Count the vertices that move from the end of this path on.
@@ -274,7 +243,7 @@ class Detector:
         if counts[places.AT_START]:
             own = self._all_contacts(int(counts[places.CONTACTS]), positions_t1)
             parts.append(settled(to_cpu(self.start), to_cpu(positions_t1), own))
-            found, n_blocked, time_free = empty_impacts(0), 0, 1.0
+            found, n_blocked, time_free = empty_impacts(0, empty), 0, 1.0
         if self._touching is not None:
             parts.append(self._touching.find(to_cpu(positions_t1)))
         if not parts:
@@ -287,7 +256,7 @@ class Detector:
         time_free = min(time_free, float(own.toi.min(initial=1.0)))
         if len(own.toi) == 0:
             return Found(found, n_blocked, time_free, found.toi.shape[0] > 0)
-        impacts = impacts_to_gpu(join_impacts([impacts_to_cpu(found), own]))
+        impacts = to_gpu(join_impacts([to_cpu(found), own]))
         return Found(impacts, n_blocked, time_free, False)
 
     def put(self, impacts: Impacts) -> bool:
@@ -305,8 +274,7 @@ class Detector:
         if is_longer:
             self._make_room_for_contacts(max(n, 2 * room))
             self._forget_launches()
-        for column, values in zip(self.impacts, impacts, strict=True):
-            overwrite(column[:n], values)
+        overwrite(self.impacts, impacts)
         at = places.FOUND
         self._counts[at : at + 1].copy_to_device(np.array([n]))
         return is_longer
@@ -315,37 +283,9 @@ class Detector:
         """Return n contacts as impacts on the CPU, also those between pinned points."""
         path = PathArrays(self.start, positions_t1, self._seen, self._frame)
         self._list_impacts(path, False)()
-        return impacts_to_cpu(Impacts._make(column[:n] for column in self.impacts))
-
-
-class HostDetector:
-    """A detector on the GPU with the interface of the one on the CPU (`detection/detector.py`).
-
-    Args:
-        detector: The detector on the GPU.
-
-    Attributes:
-        counts: `PairCounts` of the last detection.
-    """
-
-    def __init__(self, detector: Detector) -> None:
-        """Wrap a detector."""
-        self.counts, self._detector = detector.counts, detector
-
-    def find(self, positions_t1: Positions) -> Impacts:
-        """Find the impacts of the path from the start to `positions_t1`.
-
-        Args:
-            positions_t1: (n_vertices, 3) f8 [m], on the CPU.
-
-        Returns:
-            `Impacts` on the CPU, sorted as those of the detector.
-        """
-        found = self._detector.find(to_gpu(positions_t1))
-        self.counts = self._detector.counts
-        return impacts_to_cpu(found)
+        return to_cpu(Impacts._make(column[:n] for column in self.impacts))
 
 
 def find_impacts(scene: SceneArrays) -> Impacts:
     """Find the impacts of a scene on the GPU, and return them on the CPU."""
-    return impacts_to_cpu(Detector(scene).find(positions_of(scene, "positions_t1")))
+    return to_cpu(Detector(scene).find(positions_of(scene, "positions_t1")))

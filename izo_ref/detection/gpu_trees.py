@@ -4,54 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from izo_ref.base.arrays import Floats, GpuArray, Indices, Ints
-from izo_ref.base.gpu_arrays import empty, stable_argsort, take, to_gpu
+from izo_ref.base.arrays import Floats, Indices, Ints
+from izo_ref.base.gpu_arrays import to_gpu
 from izo_ref.base.records import SceneArrays
-from izo_ref.base.sizes import near_mesh
-from izo_ref.detection.cuda.tree import compute_morton_codes
 from izo_ref.detection.serial.contacts import VERTEX_FACE_OFFSET
 from izo_ref.detection.serial.tree import Tree
-from izo_ref.detection.trees import bare_tree, box_frame, morton_grid
+from izo_ref.detection.trees import Elements, box_frame
 
 
-def make_trees(scene: SceneArrays, positions_t0: GpuArray) -> tuple[Tree, Tree, Tree]:
-    """Return the trees of the vertices, edges and faces of a scene, with empty boxes.
-
-    Args:
-        scene: The scene.
-        positions_t0: (n_vertices, 3) f8 [m], its start, on the GPU.
-    """
-    if len(scene.positions_t0):
-        origin, cells_per_m = morton_grid(near_mesh(scene))
-    else:
-        origin, cells_per_m = np.zeros(3), 0.0
-    grid = to_gpu(origin), cells_per_m
-    vertices = np.sort(scene.tree_orders[0])  # without copies
-    edges, faces = (np.arange(len(nodes), dtype=np.int32) for nodes in (scene.edges, scene.faces))
+def make_trees(scene: SceneArrays) -> tuple[Tree, Tree, Tree]:
+    """Return the trees of the vertices, edges and faces of a scene, with empty boxes."""
+    vertices = np.arange(len(scene.pinned), dtype=np.int32)[:, None]
+    of_vertices, of_edges, of_faces = scene.tree_orders  # copies of vertices are in none
     return (
-        _tree_over(vertices, vertices.reshape(-1, 1), positions_t0, grid),
-        _tree_over(edges, scene.edges, positions_t0, grid),
-        _tree_over(faces, scene.faces, positions_t0, grid),
+        to_gpu(Elements(vertices, of_vertices).tree),
+        to_gpu(Elements(scene.edges, of_edges).tree),
+        to_gpu(Elements(scene.faces, of_faces).tree),
     )
-
-
-def _tree_over(
-    numbers: Ints, nodes: Ints, positions_t0: GpuArray, grid: tuple[GpuArray, float]
-) -> Tree:
-    """Return a tree over elements, sorted along the Morton curve of a grid.
-
-    Args:
-        numbers: (n,) i4, numbers of the elements, on the CPU.
-        nodes: (n, k) i4, vertices of the elements, on the CPU.
-        positions_t0: (n_vertices, 3) f8 [m], on the GPU.
-        grid: Origin (3,) [m], on the GPU, and cells per metre.
-    """
-    n = len(nodes)
-    own_nodes, codes = to_gpu(nodes), empty(n, np.int64)
-    compute_morton_codes[n](positions_t0, own_nodes, *grid, codes)
-    index = stable_argsort(codes)
-    bare = [to_gpu(array) for array in bare_tree(n, np.float32)]
-    return Tree(take(to_gpu(numbers), index), take(own_nodes, index), *bare)
 
 
 def frame_of_boxes(scene: SceneArrays) -> Floats:

@@ -71,7 +71,7 @@ class ResidentScene(GpuScene):
     def _make(self, scene: Scene, deadline: Deadline) -> None:
         """Make the step and its buffers for a scene."""
         for name in ("_step", "_start_check"):
-            self.__dict__.pop(name, None)  # its memory goes back to the pool first
+            self.__dict__.pop(name, None)  # the driver can have its memory first
         order = geometric_order(scene)
         own = renumber_scene(scene, order), self.thickness, self._options, deadline
         origin, scale = box_frame(scene.positions_t0, scene.edges)

@@ -14,23 +14,20 @@ import numpy as np
 
 from izo_ref.base.arrays import GpuArray, Indices
 from izo_ref.base.cuda.program import Program
-from izo_ref.base.gpu_arrays import copy_positions, empty, full, positions_of, to_cpu
+from izo_ref.base.gpu_arrays import empty, overwrite, positions_of, to_cpu, to_gpu, zeros
 from izo_ref.base.options import Options
 from izo_ref.base.records import Impacts, SceneArrays
 from izo_ref.detection.gpu_detector import Detector
 from izo_ref.detection.gpu_found import Found
 from izo_ref.detection.serial import found_counts
-from izo_ref.loop.gpu_left import zones_to_cpu
-from izo_ref.loop.gpu_zones import ZoneStage
+from izo_ref.loop.gpu_zones import launch_to_measure, launches_of_zones, zones_left
+from izo_ref.solvers.gpu_solve import ZoneSolver
 from izo_ref.solvers.serial import zone_buffers
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState
-from izo_ref.zones.gpu_grouping import GroupingStage
-from izo_ref.zones.gpu_selection import SELECTIONS, SelectionStage
-from izo_ref.zones.group_buffers import zone_impacts
+from izo_ref.zones.gpu_grouping import launch_of_grouping, launch_of_selection
+from izo_ref.zones.group_buffers import listed_zones, zone_impacts
 from izo_ref.zones.grouping import Zones
 from izo_ref.zones.serial import group_counts
-from izo_ref.zones.serial.group_records import SelectionRule, StepArrays, ZoneRule
-from izo_ref.zones.serial.listed_zones import listed_zones
+from izo_ref.zones.serial.group_records import StepArrays, ZoneRule
 
 # Impacts in zones for which there is room at first, for each vertex, and the least room.
 IMPACTS_PER_VERTEX, LEAST_IMPACTS = 0.25, 1024
@@ -57,129 +54,86 @@ class Stages:
 
     Attributes:
         detector: The detector.
-        proposed: (n_vertices, 3) f8 [m], proposed end positions.
-        positions: (n_vertices, 3) f8 [m], end positions of the current path.
-        stuck: (n_vertices,) b1, vertices of zones that no positions satisfy.
-        known_depths: (n_vertices,) i4, of `zones/serial/deep_selection.py`.
-        impacts: The impacts in zones, with room for more.
-        counts: (3 N_COUNTS,) i8, a copy of the counts of all stages on the CPU.
+        step: The arrays of the step, with room for more impacts in zones; another record with more
+            room may take its place.
+        total_mass: Mass of the unpinned vertices [kg].
+        found_counts: Counts of detection on the CPU: `detection/serial/found_counts.py`.
+        group_counts: Counts of selection and grouping: `zones/serial/group_counts.py`.
+        zone_counts: Counts of the solvers: `solvers/serial/zone_buffers.py`.
         zones_left: Zones that the last solution left to the CPU, on the CPU; None if there is none.
     """
 
+    found_counts: Indices  # (N_COUNTS,) i8, and so are the other two
+    group_counts: Indices
+    zone_counts: Indices
+
     def __init__(self, scene: SceneArrays, thickness: float, options: Options) -> None:
         """Copy the scene to the GPU, and make all buffers and programs."""
-        n = len(scene.pinned)
-        self._thickness, self._options, self._n = thickness, options, n
-        self._counts = full(3 * N_COUNTS, 0, np.int64)
-        self.counts: Indices = np.zeros(3 * N_COUNTS, np.int64)
-        self.detector = Detector(scene, self._part(0))
-        self.proposed = positions_of(scene, "positions_t1")
-        self.positions = empty((n, 3), np.float64)
-        self.stuck, self.known_depths = empty(n, np.bool_), empty(n, np.int32)
-        self._masses, self._inverse_sqrt_masses = (empty(n, np.float64) for _ in range(2))
-        self._pinned = empty(n, np.bool_)
-        self.impacts = zone_impacts(max(int(IMPACTS_PER_VERTEX * n), LEAST_IMPACTS), empty)
+        n, pinned = len(scene.pinned), scene.pinned
+        masses = np.where(pinned, 0.0, scene.masses)  # those of pinned vertices do not count
+        self._options, self.total_mass = options, float(masses.sum())
+        self._counts = zeros((3, N_COUNTS), np.int64)
+        self.found_counts, self.group_counts, self.zone_counts = np.zeros((3, N_COUNTS), np.int64)
+        self.detector = Detector(scene, self._counts_of(0))
+        self.step = StepArrays(
+            *zone_impacts(max(int(IMPACTS_PER_VERTEX * n), LEAST_IMPACTS), empty),
+            start=self.detector.start,
+            proposed=positions_of(scene, "positions_t1"),
+            positions=empty((n, 3), np.float64),
+            pinned=to_gpu(pinned),
+            stuck=empty(n, np.bool_),
+            known_depths=empty(n, np.int32),
+            masses=to_gpu(masses),
+            inverse_sqrt_masses=to_gpu(np.where(pinned, 0.0, 1.0 / np.sqrt(scene.masses))),
+            thickness=thickness,
+        )
         self.zones_left: Zones | None = None
         self._found_with_cpu: Impacts | None = None
-        self._take_masses(scene)
         self._prepare()
 
-    def restart(self, scene: SceneArrays) -> None:
-        """Take the next step of the same mesh: another start, other ends, masses, pinned vertices.
-
-        Args:
-            scene: A scene with the same vertices, edges and faces.
-        """
-        copy_positions(scene, "positions_t1", self.proposed)
-        self._take_masses(scene)
-        self._found_with_cpu = None
-        self.detector.restart(scene)
-        self.prepare_anew()
+    def _counts_of(self, stage: int) -> GpuArray:
+        """Return the counts of a stage on the GPU."""
+        return self._counts[stage : stage + 1].reshape(N_COUNTS)
 
     def prepare_anew(self) -> None:
         """Prepare the programs again if the detector has made arrays since."""
         if self.detector.n_arrays_made != self._n_arrays_prepared:
             self._prepare()
 
-    def _take_masses(self, scene: SceneArrays) -> None:
-        """Copy the masses and what follows from them; those of pinned vertices do not count."""
-        masses = np.where(scene.pinned, 0.0, scene.masses)
-        self.total_mass = float(masses.sum())
-        self._masses.copy_to_device(masses)
-        self._pinned.copy_to_device(np.ascontiguousarray(scene.pinned))
-        inverse = np.where(scene.pinned, 0.0, 1.0 / np.sqrt(scene.masses))
-        self._inverse_sqrt_masses.copy_to_device(inverse)
-
-    def _part(self, stage: int) -> GpuArray:
-        """Return the counts of a stage on the GPU."""
-        return self._counts[N_COUNTS * stage : N_COUNTS * (stage + 1)]
-
-    @property
-    def found_counts(self) -> Indices:
-        """Counts of detection, (N_COUNTS,) i8: `detection/serial/found_counts.py`."""
-        return self.counts[:N_COUNTS]
-
-    @property
-    def group_counts(self) -> Indices:
-        """Counts of selection and grouping, (N_COUNTS,) i8: `zones/serial/group_counts.py`."""
-        return self.counts[N_COUNTS : 2 * N_COUNTS]
-
-    @property
-    def zone_counts(self) -> Indices:
-        """Counts of the solvers, (N_COUNTS,) i8: `solvers/serial/zone_buffers.py`."""
-        return self.counts[2 * N_COUNTS :]
-
-    @property
-    def state(self) -> StepState:
-        """What solving zones changes, on the GPU."""
-        return StepState(self.positions, self.impacts.multipliers, self.impacts.active)
-
     def _prepare(self) -> None:
-        """Make the stages for the present buffers, and their programs.
+        """Make the work space for the present buffers, and the programs.
 
         If memory runs out on the way, there are no programs, rather than some with old buffers.
         """
-        self.__dict__.pop("_programs", None)  # their work space goes back to the pool first
-        options, n, room = self._options, self._n, self.impacts.toi.shape[0]
-        found, at = self.detector.impacts, found_counts.FOUND
-        step = StepArrays(
-            self.detector.start, self.positions, self._pinned, self.stuck, self.known_depths
-        )
-        rule = SelectionRule(self._thickness, SELECTIONS[options.selection])
-        own = self._part(1)
-        self._selection = SelectionStage(
-            found, self._part(0)[at : at + 1], step, rule, self.impacts, own
-        )
+        self.__dict__.pop("_programs", None)  # the driver can have their work space first
+        own, step, options = self.detector, self.step, self._options
+        room, n = step.toi.shape[0], step.pinned.shape[0]
+        found, grouped, solved = map(self._counts_of, range(3))
+        n_found = found[found_counts.FOUND : found_counts.FOUND + 1]
+        select = launch_of_selection(own.impacts, n_found, options.selection, step, grouped)
         rooms = min(room, n), room, min(4 * room, n)
-        self._zones = zones = ZoneStage(n, self._thickness, options, self._part(2), rooms)
+        solver = ZoneSolver(n, step.thickness, options, rooms)
         every_zone = "changed-zones" not in options.rules
-        sizes = ZoneRule(every_zone, zones.most_small, zones.most_middle)
-        own_zones = self.impacts.nodes, self._pinned, self.stuck, sizes, own
-        grouping = GroupingStage(*own_zones)
-        self.zones, state = listed_zones(grouping.lists, own), self.state
-        inputs = StepInputs(
-            self.impacts.nodes,
-            self.impacts.weights,
-            self.impacts.normals,
-            self.proposed,
-            self._inverse_sqrt_masses,
-            self._masses,
-            self._thickness,
-        )
-        detect = self.detector.launches(self.positions, True)
-        solve = [*grouping.launches(), *zones.launches(self.zones, inputs, state), *detect]
+        rule = ZoneRule(every_zone, solver.most_small, solver.most_middle)
+        self._zones, self._left = listed_zones(room, n, grouped, empty), empty(rooms[0], np.int64)
+        detect = own.launches(step.positions, True)
+        solve = [
+            launch_of_grouping(step, rule, self._zones),
+            *launches_of_zones(solver, self._zones, step, self._left, solved),
+            *detect,
+        ]
         self._programs = Programs(
             detection=Program(detect),
-            iteration=Program([*self._selection.launches(), *solve]),
+            iteration=Program([select, *solve]),
             solution=Program(solve),
-            measuring=Program([zones.to_measure(inputs, state)]),
+            measuring=Program([launch_to_measure(solver, step, solved)]),
         )
-        self._n_arrays_prepared = self.detector.n_arrays_made
+        self._n_arrays_prepared = own.n_arrays_made
 
     def _run(self, program: Program) -> None:
         """Run a program, and read all counts."""
         program.run()
-        self.counts = to_cpu(self._counts)
+        self.found_counts, self.group_counts, self.zone_counts = to_cpu(self._counts)
 
     def detect(self) -> None:
         """Detect the impacts of the path to the current positions."""
@@ -189,12 +143,24 @@ class Stages:
     def select_and_solve(self) -> None:
         """Let impacts of the last detection enter the zones, solve these zones, and detect."""
         self._run(self._programs.iteration)
-        while self._selection.grow(self.group_counts):
-            self.impacts = self._selection.impacts
-            self._prepare()
+        while self.grow():
             self._put_found()  # the detection of the program has found other impacts
             self._run(self._programs.iteration)
         self._finish_solution()
+
+    def grow(self) -> bool:
+        """Make more room for impacts in zones if the last selection did not fit.
+
+        Returns:
+            Whether there was too little room. Then the selection has to run again.
+        """
+        room, needed = self.step.toi.shape[0], int(self.group_counts[group_counts.NEEDED_IMPACTS])
+        if needed > room:
+            larger = zone_impacts(max(needed, 2 * room), empty)
+            overwrite(larger, self.step[: len(larger)])
+            self.step = self.step._replace(**larger._asdict())
+            self._prepare()
+        return needed > room
 
     def solve(self) -> None:
         """Solve all zones of the impacts that there are, and detect."""
@@ -206,8 +172,7 @@ class Stages:
         """Take the zones that are left to the CPU; if there are none, finish the detection."""
         self.zones_left = None
         if self.zone_counts[zone_buffers.LEFT]:
-            left = self._zones.left(self.zone_counts)
-            self.zones_left = zones_to_cpu(self.zones, self.zone_counts).part(left)
+            self.zones_left = zones_left(self._zones, self._left, self.zone_counts)
         else:
             self._finish_detection()
 
@@ -229,7 +194,7 @@ class Stages:
         """
         own = self.group_counts
         own[group_counts.FIRST_NEW], own[group_counts.IMPACTS] = 0, n
-        self._part(1)[:2].copy_to_device(own[:2])
+        self._counts_of(1)[:2].copy_to_device(own[:2])
 
     def take_found(self, found: Found) -> None:
         """Let the selection take the impacts of a detection, also if the CPU took part.

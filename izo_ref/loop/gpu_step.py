@@ -15,18 +15,17 @@ import numpy as np
 from izo_ref.base.arrays import GpuArray, Indices, Positions
 from izo_ref.base.cuda.memory import synchronize
 from izo_ref.base.deadline import UNLIMITED, Deadline
-from izo_ref.base.gpu_arrays import copy, empty, overwrite, shared_copy, to_cpu, to_gpu
-from izo_ref.base.gpu_impacts import impacts_to_cpu
+from izo_ref.base.gpu_arrays import copy, empty, overwrite, put_rows, shared_copy, to_cpu, to_gpu
 from izo_ref.base.gpu_interop import shared_array
 from izo_ref.base.options import Options
 from izo_ref.base.records import DetectionCounts, Impacts, SceneArrays
-from izo_ref.certificate.cuda.meetings import decide_meetings
+from izo_ref.certificate.gpu_filter import which_meet
 from izo_ref.detection.cuda import frames
-from izo_ref.detection.gpu_detector import Detector, HostDetector
+from izo_ref.detection.gpu_detector import Detector
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.loop.cuda import step as kernels
-from izo_ref.loop.gpu_left import device_of_left, solve_left
 from izo_ref.loop.gpu_stages import Stages
+from izo_ref.loop.gpu_zones import device_of_left, solve_left
 from izo_ref.loop.step import Step
 from izo_ref.solvers.serial.zone_buffers import ACTIVE, SQUARES
 from izo_ref.zones.grouping import Zones
@@ -36,8 +35,9 @@ from izo_ref.zones.serial.group_counts import IMPACTS, NEW, TO_SOLVE, ZONES
 class GpuStep(Step):
     """A step of the outer loop, with its arrays on a GPU.
 
-    Its attributes are those of `Step`, and `n_blocked`, the impacts between pinned points that the
-    last detection left out.
+    Its attributes are those of `Step`; `proposed`, (n_vertices, 3) f8 [m], the proposed end
+    positions on the GPU; and `n_blocked`, the impacts between pinned points that the last detection
+    left out.
 
     Args:
         scene: The scene, in the numbering of the loop.
@@ -54,79 +54,61 @@ class GpuStep(Step):
         deadline: Deadline = UNLIMITED,
     ) -> None:
         """Copy the scene to the GPU, and begin at the proposed positions, without impacts."""
-        self._thickness, self._options = thickness, options
-        self._stages = own = Stages(scene, thickness, options)
-        self.positions, self.stuck, self.known_depths = own.positions, own.stuck, own.known_depths
+        self._options = options
+        self._stages = Stages(scene, thickness, options)
+        own = self._stages.step
+        self.positions, self.proposed = own.positions, own.proposed
+        self.stuck, self.known_depths = own.stuck, own.known_depths
         self._longest = empty((len(scene.pinned), 3), np.float64)
-        self._begin(scene, deadline)
-
-    def restart(self, scene: SceneArrays, deadline: Deadline = UNLIMITED) -> None:
-        """Take the next step of the same mesh, in the same buffers.
-
-        Args:
-            scene: A scene with the same vertices, edges and faces.
-            deadline: As for a new step.
-        """
-        self._stages.restart(scene)
         self._begin(scene, deadline)
 
     def _begin(self, scene: SceneArrays, deadline: Deadline) -> None:
         """Begin without impacts."""
         self.scene, self.n_left, self._deadline = scene, 0, deadline
         self._is_scene_old = False
-        self.longest = (self._stages.proposed, -1.0)
+        self.longest = (self.proposed, -1.0)
         self._start_again(0)
 
     def _start_again(self, n_impacts: int) -> None:
         """Go back to the proposed positions, with the first impacts of the buffer."""
-        own, n = self._stages, len(self.scene.pinned)
-        kernels.begin_step[max(n, n_impacts)](
+        own = self._stages.step
+        kernels.begin_step[max(len(self.scene.pinned), n_impacts)](
             own.proposed,
-            own.impacts.multipliers[:n_impacts],
+            own.multipliers[:n_impacts],
             own.positions,
             own.stuck,
             own.known_depths,
-            own.impacts.active[:n_impacts],
+            own.active[:n_impacts],
         )
-        own.set_impacts(n_impacts)
+        self._stages.set_impacts(n_impacts)
         self._show_impacts()
         self._squares, self._n_active = 0.0, None
         self._is_solved = self._is_detected = False
 
     def _show_impacts(self) -> None:
         """Let the attributes show the impacts that there are in the buffer."""
-        n, own = self.n_impacts, self._stages.impacts
+        n, own = self.n_impacts, self._stages.step
         self.impacts = Impacts._make(column[:n] for column in own[:5])
         self.multipliers, self.active = own.multipliers[:n], own.active[:n]
 
     def relinearize(self) -> None:
         """Go back to the proposed positions, and linearize the tight impacts anew."""
-        own, n = self._stages.impacts, self.n_impacts
-        frames.renew_tight_frames[n](
-            self.positions,
-            own.nodes[:n],
-            own.is_edge_edge[:n],
-            self._thickness,
-            own.weights[:n],
-            own.normals[:n],
+        own, thickness = self.impacts, self._stages.step.thickness
+        frames.renew_tight_frames[self.n_impacts](
+            self.positions, own.nodes, own.is_edge_edge, thickness, own.weights, own.normals
         )
-        self._start_again(n)
+        self._start_again(self.n_impacts)
 
     def save(self) -> tuple[Any, ...]:
         """Return the state that `restore` takes."""
-        n = self.n_impacts
-        own = [copy(column[:n]) for column in self._stages.impacts]
-        measured = self._squares, self.n_active
-        return copy(self.positions), own, copy(self.stuck), measured
+        own = *self.impacts, self.multipliers, self.active, self.positions, self.stuck
+        return tuple(map(copy, own)), self.n_impacts, self._squares, self.n_active
 
     def restore(self, saved: tuple[Any, ...]) -> None:
         """Return to a saved state."""
-        positions, own, stuck, (self._squares, self._n_active) = saved
-        overwrite(self.positions, positions)
-        overwrite(self.stuck, stuck)
-        for column, values in zip(self._stages.impacts, own, strict=True):
-            overwrite(column[: values.shape[0]], values)
-        self._stages.set_impacts(own[0].shape[0])
+        own, n_impacts, self._squares, self._n_active = saved
+        overwrite((*self._stages.step[:7], self.positions, self.stuck), own)
+        self._stages.set_impacts(n_impacts)
         self._show_impacts()
         self._is_solved = self._is_detected = False
 
@@ -158,7 +140,7 @@ class GpuStep(Step):
         self.found = found.impacts
         own.take_found(found)
         if found.time_free > self.longest[1]:
-            overwrite(self._longest, self.positions)
+            self._longest.copy_to_device(self.positions)
             self.longest = (self._longest, found.time_free)
         self.n_blocked = found.n_blocked
         detector.remember(self.positions)
@@ -167,23 +149,18 @@ class GpuStep(Step):
 
     def first_found(self, count: int) -> Impacts:
         """Return the first impacts of `found`, at most this many, on the CPU."""
-        return impacts_to_cpu(Impacts._make(column[:count] for column in self.found))
+        return to_cpu(Impacts._make(column[:count] for column in self.found))
 
     def one_meets(self, count: int) -> bool:
         """Return whether one of the first impacts of `found` certainly meets."""
-        own, stages = Impacts._make(column[:count] for column in self.found), self._stages
-        n = own.toi.shape[0]
-        if n == 0:
-            return False
-        meets, path = empty(n, np.bool_), (stages.detector.start, stages.proposed)
-        decide_meetings[n](*path, own.nodes, own.is_edge_edge, own.toi, meets)
-        return bool(to_cpu(meets).any())
+        own = Impacts._make(column[:count] for column in self.found)
+        return bool(which_meet(self._stages.step.start, self.proposed, own).any())
 
     def current_scene(self) -> SceneArrays:
         """Return the scene with its positions on the CPU."""
         if self._is_scene_old:
-            own, scene = self._stages, cast(Any, copy_object(self.scene))
-            scene.positions_t0, scene.positions_t1 = map(to_cpu, (own.detector.start, own.proposed))
+            own, scene = self._stages.step, cast(Any, copy_object(self.scene))
+            scene.positions_t0, scene.positions_t1 = to_cpu(own.start), to_cpu(own.proposed)
             self.scene, self._is_scene_old = scene, False
         return self.scene
 
@@ -240,27 +217,14 @@ class GpuStep(Step):
         own = self._stages
         if device_of_left(self._options) == "cpu":
             self.n_left += len(zones)
-        solve_left(
-            zones,
-            self.current_scene(),
-            self.impacts,
-            self._thickness,
-            self._options,
-            self._deadline,
-            own.state,
-            self.stuck,
-        )
+        scene, given = self.current_scene(), (self._options, self._deadline)
+        solve_left(zones, scene, self.impacts, *given, own.step)
         own.measure()
 
     @property
     def detector(self) -> Detector:
         """The detector, on the GPU."""
         return self._stages.detector
-
-    @property
-    def proposed(self) -> GpuArray:
-        """Proposed end positions, (n_vertices, 3) f8 [m], on the GPU."""
-        return self._stages.proposed
 
     def positions_on_gpu(self, positions: Positions, order: Indices | None = None) -> GpuArray:
         """Return end positions as an array of the GPU; `order` as in `Step.positions_on_gpu`."""
@@ -274,23 +238,21 @@ class GpuStep(Step):
         Args:
             order: (n_vertices,) i8, on the GPU, the caller's vertex at each place.
         """
-        n = len(self.scene.pinned)
-        positions = empty((n, 3), np.float64)
-        kernels.put_rows[n](order, self.positions, positions)
+        positions = empty(self.positions.shape, np.float64)
+        put_rows(order, self.positions, positions)
         synchronize()  # other libraries may read the positions on streams of their own
         return shared_array(positions)
 
     def to_cpu(self) -> CpuStep:
         """Return the same step on the CPU; its detections still run on the GPU.
 
-        They use the buffers of this step, so it can only be restarted afterwards.
+        They use the buffers of this step, so it can only begin again afterwards.
         """
-        detector = HostDetector(self._stages.detector)
-        same = CpuStep(
-            self.current_scene(), self._thickness, self._options, detector, self._deadline
-        )
+        thickness, detector = self._stages.step.thickness, self._stages.detector
+        own = self.current_scene(), thickness, self._options, detector, self._deadline
+        same = CpuStep(*own)
         same.positions = to_cpu(self.positions)
-        same.impacts = impacts_to_cpu(self.impacts)
+        same.impacts = to_cpu(self.impacts)
         same.multipliers, same.active = to_cpu(self.multipliers), to_cpu(self.active)
         same.stuck, same.known_depths = to_cpu(self.stuck), to_cpu(self.known_depths)
         same.longest = (to_cpu(self.longest[0]), self.longest[1])

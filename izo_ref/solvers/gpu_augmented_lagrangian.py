@@ -44,23 +44,24 @@ def run_on_gpu(
     n_threads = FEW if sizes.max() <= FEW else MANY
     is_large = sizes > (LARGE if inputs.curvatures.dtype == np.float64 else MOST)
     small, large = (inputs.zones[own[inputs.zones]] for own in (~is_large, is_large))
-    own = Inputs._make(map(to_gpu, inputs._replace(zones=small)))
-    own_results = Results._make(map(to_gpu, results))
+    own, own_results = to_gpu(inputs._replace(zones=small)), to_gpu(results)
     work = make_work_space(own, int(inputs.memory_offsets[-1]), n_threads, zeros)
     n_blocks, n_bytes = count_resident_blocks(), shared_bytes(n_threads)
-    in_blocks = kernels.solve_lagrangian.in_blocks(len(small), n_threads, n_bytes)
-    in_grid = kernels.solve_lagrangian_by_grid.in_blocks(n_blocks, n_threads, n_bytes)
-    by_grid = []
+    launches = []
+    if len(small):
+        in_blocks = len(small), n_threads, own, settings, own_results, work
+        launches.append(kernels.solve_lagrangian.prepare(*in_blocks, shared_bytes=n_bytes))
     for zone in large:
         states = zeros((1, n_blocks * n_threads, N_STATES), np.float64)
-        parts = zeros((n_blocks, PARTS), np.float64)
-        one = own._replace(zones=to_gpu(np.array([zone])))
-        by_grid.append((one, settings, own_results, work._replace(states=states), parts))
+        parts, one = zeros((n_blocks, PARTS), np.float64), own._replace(zones=to_gpu(zone[None]))
+        by_grid = n_blocks, n_threads, one, settings, own_results, work._replace(states=states)
+        launches.append(
+            kernels.solve_lagrangian_by_grid.prepare(*by_grid, parts, shared_bytes=n_bytes)
+        )
 
     def run() -> None:
-        in_blocks(own, settings, own_results, work)
-        for arguments in by_grid:
-            in_grid(*arguments)
+        for launch in launches:
+            launch()
 
     returned = timed(run)
     for result, array in zip(results, own_results, strict=True):

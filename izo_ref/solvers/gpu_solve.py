@@ -24,7 +24,8 @@ from izo_ref.solvers.serial.small_zone import (
     Limits,
     work_of_small_zone,
 )
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers, ZoneRows
+from izo_ref.zones.serial.group_records import StepArrays
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 # Most impacts of a zone that one thread solves. It takes n^3 operations for n impacts, so with more
@@ -92,19 +93,16 @@ class ZoneSolver:
         is_auto = options.method == "auto" and options.preset is None
         return is_auto and options.precision == "float64"
 
-    def launches(
-        self, zones: ListedZones, inputs: StepInputs, state: StepState, counts: GpuArray
-    ) -> list[Launch]:
+    def launches(self, zones: ListedZones, inputs: StepArrays, counts: GpuArray) -> list[Launch]:
         """Return the launches that write the constraints and solve the zones of the lists.
 
         Args:
             zones: The zones, on the GPU.
             inputs: The step, on the GPU.
-            state: The last solution, on the GPU.
             counts: (>= N_COUNTS,) i8, is begun anew.
         """
         own = self.rows, self.answers, self._places, self.sizes, counts
-        write = by_grid(kernels.write_rows, zones, inputs, state, *own)
+        write = by_grid(kernels.write_rows, zones, inputs, *own)
         if not self.is_direct:
             return [write]
         offsets = zones.impact_offsets, zones.vertex_offsets

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from izo_ref.base.records import Impacts
+from izo_ref.base.records import Impacts, empty_impacts
 from izo_ref.zones.serial.group_records import (
     GroupWork,
     SelectionWork,
     VertexLabels,
     ZoneImpacts,
-    ZoneLists,
 )
+from izo_ref.zones.serial.listed_zones import ListedZones
 
 # (shape, dtype) -> an array of the CPU or of a GPU
 Maker = Callable[[tuple[int, ...], Any], Any]
@@ -23,11 +23,7 @@ Maker = Callable[[tuple[int, ...], Any], Any]
 def zone_impacts(room: int, empty: Maker) -> ZoneImpacts:
     """Return room for the impacts in zones, not written to."""
     return ZoneImpacts(
-        nodes=empty((room, 4), np.int32),
-        is_edge_edge=empty((room,), np.bool_),
-        toi=empty((room,), np.float64),
-        weights=empty((room, 4), np.float64),
-        normals=empty((room, 3), np.float64),
+        *empty_impacts(room, empty),
         multipliers=empty((room,), np.float64),
         active=empty((room,), np.bool_),
     )
@@ -51,26 +47,30 @@ def vertex_labels(room: int, n_vertices: int, empty: Maker, zeros: Maker) -> Ver
     )
 
 
-def zone_lists(room: int, n_vertices: int, empty: Maker) -> ZoneLists:
+def listed_zones(room: int, n_vertices: int, counts: Any, empty: Maker) -> ListedZones:
     """Return room for the zones of some impacts, in which all zones that they can have fit.
 
     Args:
         room: Most impacts.
         n_vertices: Vertices of the scene.
+        counts: (16,) i8, of `serial/group_counts.py`.
         empty: Makes arrays that are not written to.
     """
     most = min(room, n_vertices)
-    return ZoneLists(
+    return ListedZones(
         impacts=empty((room,), np.int64),
         impact_offsets=empty((most + 1,), np.int64),
         vertices=empty((min(4 * room, n_vertices),), np.int64),
         vertex_offsets=empty((most + 1,), np.int64),
-        to_solve=empty((3, most), np.int64),
+        small=empty((most,), np.int64),
+        middle=empty((most,), np.int64),
+        large=empty((most,), np.int64),
+        counts=counts,
     )
 
 
 def group_work(room: int, n_vertices: int, empty: Maker) -> GroupWork:
-    """Return work space for the grouping; parameters as of `zone_lists`."""
+    """Return work space for the grouping; parameters as of `listed_zones`."""
     n_keys, most = room + min(4 * room, n_vertices), min(room, n_vertices)
     return GroupWork(
         stuck_marks=empty((n_vertices,), np.int64),

@@ -125,8 +125,8 @@ def test_processes_that_save_at_the_same_time_write_different_files(tmp_path):
 @pytest.mark.skipif(find_spec("numba_cuda") is None, reason="needs numba-cuda: izo-ref[cuda]")
 def test_files_of_cuda_kernels_are_named_by_the_process_too():
     code = (
-        "from izo_ref.base.cuda.arrays import fill;"
-        "print(fill._dispatcher._cache._cache_file._numbered(1))"
+        "from izo_ref.base.cuda.arrays import put_rows;"
+        "print(put_rows._dispatcher._cache._cache_file._numbered(1))"
     )
 
     def pattern():

@@ -8,7 +8,7 @@ import pytest
 if find_spec("numba_cuda") is None:
     pytest.skip("needs numba-cuda: izo-ref[cuda]", allow_module_level=True)
 
-from izo_ref.base.cuda import launch, memory
+from izo_ref.base.cuda import memory
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.program import Program
 from validation.rows import read
@@ -96,7 +96,7 @@ def driver():
 def kernel(driver):
     """Return a kernel that nothing compiles."""
     own = cuda_kernel(scale)
-    own._launcher = launch.Launcher(Checked("scale", own))
+    own._dispatcher = Checked("scale", own)
     return own
 
 
@@ -105,14 +105,14 @@ def test_everything_is_counted(driver, kernel, can_record):
     driver.can_record = can_record
     counter = Counter(keeps_reads=True)
     with counting(counter):
-        values = memory.new_array((5,), np.float64)
+        values = memory.empty((5,), np.float64)
         values.copy_to_device(np.arange(5.0))
         kernel[5](2.0, values)
         kernel[0](2.0, values)
         program = Program([kernel.prepare(1, 32, 3.0, values), kernel.prepare(1, 32, 4.0, values)])
         program.run()
         program.run()
-        other = memory.new_array((5,), np.float64)
+        other = memory.empty((5,), np.float64)
         other.copy_to_device(values)
         read = other.copy_to_host()
     others = {"numbers": 8, "most_numbers": 8, "arrays": 2, "allocations": 2, "prepared": 2}
@@ -131,13 +131,13 @@ def test_everything_is_counted(driver, kernel, can_record):
 
 
 def test_types_that_are_not_compiled_are_refused(driver, kernel):
-    values = memory.new_array((5,), np.float32)
+    values = memory.empty((5,), np.float32)
     with pytest.raises(TypeError, match="scale: expected types"):
         kernel[5](2.0, values)
 
 
 def test_a_driver_that_replays_has_nothing_to_read_at_the_end():
     with driving(Replay([])):
-        values = memory.new_array((5,), np.float64)
+        values = memory.empty((5,), np.float64)
         with pytest.raises(ValueError, match="expected 0 bytes as before, got 40"):
             values.copy_to_host()

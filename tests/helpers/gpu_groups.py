@@ -4,16 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from izo_ref.base.gpu_arrays import empty, to_cpu, to_gpu
-from izo_ref.base.records import Impacts
-from izo_ref.zones.gpu_grouping import FEW, GroupingStage
-from izo_ref.zones.gpu_selection import SELECTIONS, SelectionStage
-from izo_ref.zones.group_buffers import zone_impacts
+from izo_ref.base.gpu_arrays import empty, overwrite, to_cpu, to_gpu
+from izo_ref.zones.gpu_grouping import FEW, launch_of_grouping
+from izo_ref.zones.group_buffers import listed_zones, zone_impacts
 from izo_ref.zones.serial import group_counts as at
-from izo_ref.zones.serial.group_records import SelectionRule, StepArrays, ZoneRule
-from tests.helpers.groups import THICKNESS_M
+from izo_ref.zones.serial.group_records import ZoneRule
+from tests.helpers.groups import Case, Scene, step_arrays
 
-SOLVE_ALL = ZoneRule(every_zone=True, small=1, medium=4)
+SOLVE_ALL = ZoneRule(every_zone=True, small=1, middle=4)
 
 
 class Grouped(NamedTuple):
@@ -32,47 +30,30 @@ def counts_of(first_new, n):
     return to_gpu(counts)
 
 
-def arrays_of(case):
-    """Send the arrays of a step to the GPU."""
-    start, end, pinned = map(to_gpu, case.scene)
-    return StepArrays(start, end, pinned, to_gpu(case.stuck), to_gpu(case.known_depths))
-
-
-def with_room(impacts, room):
-    """Send impacts to the GPU, with room for more."""
-    result = zone_impacts(room, empty)
-    for column, values in zip(result, impacts, strict=False):
-        column[: len(values)].copy_to_device(values)
-    return result
-
-
-def selection_of(found, before, own, name, room, counts, few=FEW):
-    """Return the selection among impacts.
+def step_of(case, impacts, room):
+    """Send the arrays of a step to the GPU.
 
     Args:
-        found: The impacts found, on the CPU.
-        before: The impacts in zones, on the CPU.
-        own: Arrays of the step, on the GPU.
-        name: Value of `Options.selection`.
+        case: The vertices, on the CPU.
+        impacts: Columns of the impacts in zones, on the CPU; others have no numbers.
         room: How many impacts in zones there is room for.
-        counts: Counts on the GPU.
-        few: Most impacts that one block selects among.
     """
-    on_gpu = Impacts(*map(to_gpu, found))
-    rule, n_found = SelectionRule(THICKNESS_M, SELECTIONS[name]), to_gpu(np.array([len(found.toi)]))
-    return SelectionStage(on_gpu, n_found, own, rule, with_room(before, room), counts, few)
+    own = zone_impacts(room, empty)
+    overwrite(own, tuple(impacts))
+    return step_arrays(own, to_gpu(case._replace(found=())))
 
 
 def grouped(nodes, pinned, stuck, first_new=0, rule=SOLVE_ALL, few=FEW):
-    """Group impacts on the GPU; parameters on the CPU, as of `GroupingStage`."""
-    counts, own_stuck = counts_of(first_new, len(nodes)), to_gpu(stuck)
-    stage = GroupingStage(to_gpu(nodes), to_gpu(pinned), own_stuck, rule, counts, few)
-    for launch in stage.launches():
-        launch()
-    own, lists = to_cpu(counts), [to_cpu(column) for column in stage.lists]
-    ends = own[at.ZONES] + 1
-    sizes = own[at.ZONE_IMPACTS], ends, own[at.ZONE_VERTICES], ends
-    zones = [column[:n] for column, n in zip(lists[:4], sizes, strict=True)]
-    of_size = zip(lists[4], own[at.OF_SIZE : at.OF_SIZE + 3], strict=True)
-    to_solve = np.sort(np.concatenate([row[:n] for row, n in of_size]))
-    return Grouped(zones, to_solve, own, to_cpu(own_stuck))
+    """Group impacts on the GPU; parameters on the CPU, as of `launch_of_grouping`."""
+    n, n_vertices = len(nodes), len(pinned)
+    scene = Scene(np.empty((n_vertices, 3)), np.empty((n_vertices, 3)), pinned)
+    step = step_of(Case(scene, (), stuck, np.zeros(n_vertices, np.int32)), (nodes,), n)
+    zones = listed_zones(n, n_vertices, counts_of(first_new, n), empty)
+    launch_of_grouping(step, rule, zones, few)()
+    lists = to_cpu(zones)
+    ends, counts = lists.counts[at.ZONES] + 1, lists.counts
+    sizes = counts[at.ZONE_IMPACTS], ends, counts[at.ZONE_VERTICES], ends
+    columns = [column[:k] for column, k in zip(lists[:4], sizes, strict=True)]
+    of_size = zip(lists[4:7], counts[at.OF_SIZE : at.OF_SIZE + 3], strict=True)
+    to_solve = np.sort(np.concatenate([row[:k] for row, k in of_size]))
+    return Grouped(columns, to_solve, counts, to_cpu(step.stuck))

@@ -11,14 +11,14 @@ from izo_ref.base.serial.thread_group import alone
 from izo_ref.loop.cpu_step import CpuStep
 from izo_ref.zones import group_buffers as buffers
 from izo_ref.zones.serial import group_counts as at
-from izo_ref.zones.serial.group_records import SelectionRule, StepArrays, ZoneRule
+from izo_ref.zones.serial.group_records import SELECTIONS as RULES
+from izo_ref.zones.serial.group_records import StepArrays, ZoneImpacts, ZoneRule
 from izo_ref.zones.serial.group_select import group_select
 from izo_ref.zones.serial.group_zones import group_zones
 
-RULES = ("independent", "first-of-any", "all")  # in the order of `SelectionRule.selection`
 THICKNESS_M = 0.01
 P_STUCK = 0.004  # share of vertices of zones that no positions satisfy
-RULE = ZoneRule(every_zone=False, small=1, medium=4)
+RULE = ZoneRule(every_zone=False, small=1, middle=4)
 UNWRITTEN = 1  # integers that nobody wrote; a vertex and an impact that most cases have
 
 
@@ -34,7 +34,7 @@ class Case(NamedTuple):
     """Impacts found on a path, and the state of the vertices."""
 
     scene: Scene
-    found: Impacts
+    found: Any  # Impacts
     stuck: Any
     known_depths: Any
 
@@ -92,6 +92,13 @@ class RecordedStep(CpuStep):
         self.to_solve = zones
 
 
+def step_arrays(impacts: ZoneImpacts, case: Case) -> StepArrays:
+    """Return the arrays of a step whose masses nothing reads."""
+    (start, end, pinned), masses = case.scene, np.empty(0)
+    own = start, end, end, pinned, case.stuck, case.known_depths, masses, masses
+    return StepArrays(*impacts, *own, THICKNESS_M)
+
+
 @compiled
 def select_alone(arguments):
     """Select with one thread."""
@@ -128,15 +135,14 @@ class Selection:
         for column, values in zip(self.impacts, impacts, strict=False):
             column[: len(values)] = values
         self.counts[at.IMPACTS] = len(impacts.toi)
-        self.known_depths, start = case.known_depths.copy(), case.scene.positions_t0
-        own = case.scene.positions_t1, case.scene.pinned, case.stuck, self.known_depths
+        self.known_depths = case.known_depths.copy()
+        step = step_arrays(self.impacts, case._replace(known_depths=self.known_depths))
         self.vertices = buffers.vertex_labels(len(found.toi), n_vertices, unwritten, np.zeros)
         self.arguments = (
             found,
             self.n_found,
-            StepArrays(start, *own),
-            SelectionRule(THICKNESS_M, RULES.index(rule)),
-            self.impacts,
+            RULES.index(rule),
+            step,
             self.vertices,
             buffers.selection_work(found, n_vertices, unwritten),
             self.counts,
@@ -172,19 +178,18 @@ class Grouping:
         room = n if room is None else room
         self.stuck, self.counts = stuck.copy(), np.full(at.N_COUNTS, -1)
         self.counts[at.FIRST_NEW], self.counts[at.IMPACTS] = first_new, n
-        own_nodes = unwritten((room, 4), np.int32)
-        own_nodes[:n] = nodes
-        self.lists = buffers.zone_lists(room, n_vertices, unwritten)
+        impacts, positions = buffers.zone_impacts(room, unwritten), np.empty((n_vertices, 3))
+        impacts.nodes[:n] = nodes
+        scene, known_depths = Scene(positions, positions, pinned), np.zeros(n_vertices, np.int32)
+        step = step_arrays(impacts, Case(scene, None, self.stuck, known_depths))
+        self.lists = buffers.listed_zones(room, n_vertices, self.counts, unwritten)
         self.vertices = buffers.vertex_labels(room, n_vertices, unwritten, np.zeros)
         self.arguments = (
-            own_nodes,
-            pinned,
+            step,
             rule,
-            self.stuck,
             self.lists,
             self.vertices,
             buffers.group_work(room, n_vertices, unwritten),
-            self.counts,
         )
 
     def zones(self):
@@ -195,7 +200,7 @@ class Grouping:
         return [column[:k] for column, k in zip(self.lists[:4], sizes, strict=True)]
 
     def to_solve(self):
-        """Return the small, the medium-sized and the large zones to solve."""
+        """Return the small, the middle and the large zones to solve."""
         sizes = self.counts[at.OF_SIZE : at.OF_SIZE + 3]
         assert sizes.sum() == self.counts[at.TO_SOLVE]
-        return [row[:n] for row, n in zip(self.lists.to_solve, sizes, strict=True)]
+        return [row[:n] for row, n in zip(self.lists[4:7], sizes, strict=True)]

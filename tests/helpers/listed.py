@@ -21,10 +21,11 @@ from izo_ref.solvers.serial.listed_zones import (
     solve_in_slot,
 )
 from izo_ref.solvers.serial.small_zone import CLOSED_FORM, Limits, work_of_small_zone
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers, ZoneRows
 from izo_ref.solvers.serial.zone_rows import write_rows
 from izo_ref.zones.grouping import Zones, build_zones
 from izo_ref.zones.serial import listed_zones as listed
+from izo_ref.zones.serial.group_records import StepArrays
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 SPARE = 3  # unused rows behind all arrays
@@ -38,8 +39,7 @@ class ListedStep(NamedTuple):
     impacts: Impacts
     on_cpu: Zones
     zones: ListedZones
-    inputs: StepInputs
-    state: StepState
+    arrays: StepArrays
     rows: ZoneRows
     answers: ZoneAnswers
     places: Any  # (n_vertices,) i4
@@ -47,6 +47,11 @@ class ListedStep(NamedTuple):
     counts: Any  # (N_COUNTS,) i8
     values: Any  # (N_COUNTS,) f8, the same memory
     left: Any  # (n_zones,) i8
+
+    @property
+    def state(self):
+        """What an update writes."""
+        return self.arrays.positions, self.arrays.multipliers, self.arrays.active
 
 
 def listed_step(problems, room=None) -> ListedStep:
@@ -81,7 +86,20 @@ def listed_step(problems, room=None) -> ListedStep:
     counts[listed.IMPACTS], counts[listed.VERTICES] = len(zones.impacts), len(zones.vertices)
     counts[[listed.SMALL, listed.MIDDLE, listed.LARGE]] = [len(own) for own in lists]
     inverse = np.where(pinned, 0.0, 1.0 / np.sqrt(scene.masses))
-    read = scene.positions_t1, inverse, np.where(pinned, 0.0, masses), problems[0].thickness
+    arrays = StepArrays(
+        *map(_with_room, impacts),
+        multipliers=np.zeros(n + SPARE),
+        active=np.zeros(n + SPARE, bool),
+        start=scene.positions_t1,
+        proposed=scene.positions_t1,
+        positions=scene.positions_t1.copy(),
+        pinned=pinned,
+        stuck=np.zeros(len(masses), bool),
+        known_depths=np.zeros(len(masses), np.int32),
+        masses=np.where(pinned, 0.0, masses),
+        inverse_sqrt_masses=inverse,
+        thickness=problems[0].thickness,
+    )
     of_zones = zones.impacts, zones.impact_offsets, zones.vertices, zones.vertex_offsets
     own_counts = np.full(at.N_COUNTS, -7)
     return ListedStep(
@@ -89,8 +107,7 @@ def listed_step(problems, room=None) -> ListedStep:
         impacts,
         zones,
         ListedZones(*(_with_room(own) for own in (*of_zones, *lists)), counts),
-        StepInputs(*(_with_room(own) for own in (impacts.nodes, *impacts[3:])), *read),
-        StepState(scene.positions_t1.copy(), np.zeros(n + SPARE), np.zeros(n + SPARE, bool)),
+        arrays,
         *buffers(*(room or (len(zones), len(zones.impacts), len(zones.vertices)))),
         np.full(len(masses), -7, np.int32),
         np.full(at.N_SIZES, -7),
@@ -134,7 +151,7 @@ def buffers(n_zones, m, n) -> tuple[ZoneRows, ZoneAnswers]:
 
 def limits_of(step, options) -> Limits:
     """Return what counts as solved."""
-    violation_m = options.violation_tolerance * step.inputs.thickness
+    violation_m = options.violation_tolerance * step.arrays.thickness
     return Limits(options.gap_tolerance, violation_m, FARTHEST, np.zeros(1, bool))
 
 
@@ -143,8 +160,7 @@ def write(step, group: ThreadGroup = ALONE):
     write_rows(
         group,
         step.zones,
-        step.inputs,
-        step.state,
+        step.arrays,
         step.rows,
         step.answers,
         step.places,
@@ -219,11 +235,10 @@ def take_answers(step, group: ThreadGroup = ALONE):
     update(
         group,
         step.zones,
-        step.inputs,
         step.rows.lengths,
         step.answers,
         step.sizes,
-        step.state,
+        step.arrays,
         step.left,
         step.counts,
         step.values,
@@ -242,7 +257,7 @@ def run(step):
 
 def step_of_cpu(step) -> Any:
     """Return the step of the CPU with the same zones solved."""
-    same = CpuStep(step.scene, step.inputs.thickness, Options(), None)
+    same = CpuStep(step.scene, step.arrays.thickness, Options(), None)
     same.begin(step.impacts, np.zeros(len(step.impacts.toi)))
     same.solve(0)
     return same

@@ -116,7 +116,6 @@ def test_a_kernel_without_its_contract_is_noticed(old, new, says):
 TWINS = {
     "decide_meetings",
     "renew_tight_frames",
-    "compute_morton_codes",
     "solve_lagrangian",
 }
 

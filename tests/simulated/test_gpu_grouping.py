@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 
 from izo_ref.base.cuda.program import Program
-from izo_ref.base.gpu_arrays import to_cpu
-from izo_ref.zones.gpu_grouping import GroupingStage
+from izo_ref.base.gpu_arrays import empty, to_cpu, to_gpu
+from izo_ref.zones.gpu_grouping import launch_of_grouping, launch_of_selection
+from izo_ref.zones.group_buffers import listed_zones
 from izo_ref.zones.grouping import build_zones
 from izo_ref.zones.serial import group_counts as at
-from izo_ref.zones.serial.group_records import ZoneRule
-from tests.helpers.gpu_groups import arrays_of, counts_of, grouped, selection_of
+from tests.helpers.gpu_groups import counts_of, grouped, step_of
 from tests.helpers.groups import RULE, RULES, RecordedStep, random_case
+from tests.helpers.same import same_columns
 
 BY_BLOCK, BY_GRID = 10**6, -1  # values of `few`
 SHAPES = [(0, 5, 1.0), (1, 5, 1.0), (30, 12, 1.0), (25, 90, 1e3)]
 
 
-def assert_same(found, expected):
-    """Check that arrays of the GPU are those of the CPU."""
-    for own, other in zip(found, expected, strict=True):
-        assert np.array_equal(to_cpu(own), other)
+def found_of(case):
+    """Send the impacts that were found to the GPU, and their number."""
+    return to_gpu(case.found), to_gpu(np.array([len(case.found.toi)]))
 
 
 @pytest.mark.parametrize("few", [BY_BLOCK, BY_GRID])
@@ -29,21 +29,17 @@ def test_the_same_impacts_enter(rng, name, n, n_vertices, edges, few):
     before = random_case(rng, 3, n_vertices).found
     for _ in range(2):
         case = random_case(rng, n, n_vertices, edges=edges)
-        step, own = RecordedStep(case, before, selection=name), arrays_of(case)
-        n_new, n_before = step.select(), len(before.toi)
-        counts = counts_of(0, n_before)
-        room = n_before + len(case.found.toi)
-        selection = selection_of(case.found, before, own, name, room, counts, few)
-        for launch in selection.launches():
-            launch()
+        step, n_before = RecordedStep(case, before, selection=name), len(before.toi)
+        n_new, counts = step.select(), counts_of(0, n_before)
+        own = step_of(case, before, n_before + len(case.found.toi))
+        launch_of_selection(*found_of(case), name, own, counts, few)()
         seen = to_cpu(counts)
         assert seen[[at.FIRST_NEW, at.IMPACTS, at.NEW]].tolist() == [
             n_before,
             n_before + n_new,
             n_new,
         ]
-        columns = selection.impacts[:5]
-        assert_same([column[: n_before + n_new] for column in columns], step.impacts)
+        same_columns([column[: n_before + n_new] for column in own[:5]], step.impacts)
         assert np.array_equal(to_cpu(own.known_depths), step.known_depths)
         before = step.impacts
 
@@ -79,26 +75,26 @@ def test_the_zones_to_solve_are_those_of_the_cpu(rng, first_new):
 
 
 def test_impacts_that_outgrow_their_room_get_more_and_the_launches_are_repeated(rng):
-    """The stages work as a step uses them: counts stay on the device but for one look at them."""
+    """The launches work as a step uses them: counts stay on the device but for one look at them."""
     case, before = random_case(rng, 40, 120, edges=30.0), random_case(rng, 3, 120).found
-    step, own = RecordedStep(case, before), arrays_of(case)
+    step, n_vertices = RecordedStep(case, before), len(case.stuck)
     n_new = step.select()
     n_zones, n_solved = step.solve(len(before.toi))
     counts = counts_of(len(before.toi), len(before.toi))
-    selection = selection_of(case.found, before, own, "independent", 4, counts)
-    grew = 0
+    room, grew = 4, 0
+    own = step_of(case, before, room)
     while True:
-        grouping = GroupingStage(
-            selection.impacts.nodes, own.pinned, own.stuck, ZoneRule(False, 1, 4), counts
-        )
-        Program(selection.launches() + grouping.launches()).run()
+        zones = listed_zones(room, n_vertices, counts, empty)
+        select = launch_of_selection(*found_of(case), "independent", own, counts)
+        Program([select, launch_of_grouping(own, RULE, zones)]).run()
         seen = to_cpu(counts)
-        if not selection.grow(seen):
+        if seen[at.NEEDED_IMPACTS] <= room:
             break
-        grew += 1
+        grew, room = grew + 1, int(seen[at.NEEDED_IMPACTS])
+        own = step_of(case._replace(known_depths=to_cpu(own.known_depths)), before, room)
         assert seen[[at.NEW, at.ZONES, at.TO_SOLVE]].tolist() == [0, 0, 0]
     n = len(before.toi) + n_new
     assert grew == 1
-    assert_same([column[:n] for column in selection.impacts[:5]], step.impacts)
+    same_columns([column[:n] for column in own[:5]], step.impacts)
     assert seen[: at.TO_SOLVE + 1].tolist() == [n - n_new, n, n_new, n, n_zones, n_solved]
     assert np.array_equal(to_cpu(own.stuck), step.stuck)

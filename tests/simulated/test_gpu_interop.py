@@ -12,7 +12,7 @@ from izo_ref.base import gpu_arrays as arrays
 from izo_ref.base import gpu_interop as interop
 from izo_ref.base.devices import is_on_gpu
 from izo_ref.base.errors import NonFiniteError, ShapeError
-from izo_ref.base.gpu_interop import Described, viewed
+from izo_ref.base.gpu_interop import described, viewed
 from tests.helpers.shapes import two_sheets
 
 
@@ -42,8 +42,13 @@ def test_positions_on_the_gpu_are_not_sent_again(rng, monkeypatch):
     scene = izo_ref.Scene(*arguments(two_sheets(rng, 3)))
     sent, send = [], arrays.to_gpu
     modules = "base.gpu_arrays", "loop.gpu_step", "detection.gpu_detector"
+
+    def noted(array):
+        sent.append(getattr(array, "shape", None))
+        return send(array)
+
     for module in modules:
-        monkeypatch.setattr(f"izo_ref.{module}.to_gpu", lambda a: sent.append(a.shape) or send(a))
+        monkeypatch.setattr(f"izo_ref.{module}.to_gpu", noted)
     izo_ref.resolve(scene, 1e-3, "cuda")
     assert sent
     # Only the certificate, which is not recorded here, takes the positions returned on the CPU.
@@ -93,7 +98,7 @@ class OfDlpack:
 
 def test_an_array_with_dlpack_alone_is_described():
     values = np.arange(12.0, dtype=np.float32).reshape(4, 3)[::2]
-    found = Described(OfDlpack(values, (1, 0)), -1).__cuda_array_interface__
+    found = described(OfDlpack(values, (1, 0)), -1).__cuda_array_interface__
     same = np.array(values, copy=False).__array_interface__
     for name in ("shape", "typestr", "strides", "data"):
         assert found[name] == same[name]
@@ -109,7 +114,7 @@ def test_arrays_still_being_written_are_waited_for(monkeypatch, stream, has_dlpa
     if has_dlpack:
         array.__dlpack__ = None
     monkeypatch.setattr(interop.cuda, "as_cuda_array", lambda a: a, raising=False)
-    monkeypatch.setattr(interop, "Described", lambda a, stream: ("described", a, stream))
+    monkeypatch.setattr(interop, "described", lambda a, stream: ("described", a, stream))
     assert viewed(array) == (("described", array, 1) if by_dlpack else array)
 
 

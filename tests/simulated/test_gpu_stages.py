@@ -5,8 +5,7 @@ import pytest
 
 import izo_ref
 from izo_ref import Options
-from izo_ref.base.gpu_arrays import to_cpu
-from izo_ref.base.gpu_impacts import impacts_to_cpu, impacts_to_gpu
+from izo_ref.base.gpu_arrays import to_cpu, to_gpu
 from izo_ref.detection import gpu_detector as detect
 from izo_ref.detection.gpu_found import Found
 from izo_ref.detection.serial import found_counts as places
@@ -17,6 +16,7 @@ from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
 from tests.helpers.listed import leave_larger_zones
+from tests.helpers.same import same_result
 from tests.helpers.sample import sample
 from tests.helpers.shapes import falling_sheet, two_sheets, vertex_over_face
 from tests.helpers.touching import random_scene
@@ -32,7 +32,7 @@ def grown(monkeypatch):
     """Let nothing have room at first; return the names of the stages, each as often as it grew."""
     names = []
     for owner, method in (
-        (stages.SelectionStage, "grow"),
+        (stages.Stages, "grow"),
         (detect.Detector, "grow"),
         (detect.Detector, "put"),
     ):
@@ -57,16 +57,6 @@ def noting(method, names):
         return has_grown
 
     return noted
-
-
-def same_result(found, expected):
-    """Check that two results have the same bits."""
-    assert found.status is expected.status
-    assert np.array_equal(found.positions, expected.positions)
-    assert np.array_equal(found.multipliers, expected.multipliers)
-    for own, other in zip(found.impacts, expected.impacts, strict=True):
-        assert np.array_equal(own, other)
-    same_history(found.history, expected.history)
 
 
 def same_history(found, expected):
@@ -99,8 +89,9 @@ def test_steps_without_room_end_with_the_same_bits(rng, request, monkeypatch, na
     grown = request.getfixturevalue("grown")
     found = izo_ref.resolve(scene, THICKNESS_M, "cuda", options)
     same_result(found, expected)
+    same_history(found.history, expected.history)
     assert (found.left_to_cpu > 0) == (name == "left")
-    assert grown.count("SelectionStage.grow") >= (1 if name == "all" else 2)
+    assert grown.count("Stages.grow") >= (1 if name == "all" else 2)
     assert grown.count("Detector.grow") >= 2
     if "named" not in name:  # the sums of methods by name are rounded in another order
         on_cpu = izo_ref.resolve(scene, THICKNESS_M, options=options)
@@ -112,7 +103,9 @@ def same_with_more_room(request, scene, thickness):
     options = Options(relinearize=0)
     expected = izo_ref.resolve(scene, thickness, "cuda", options)
     grown = request.getfixturevalue("grown")
-    same_result(izo_ref.resolve(scene, thickness, "cuda", options), expected)
+    found = izo_ref.resolve(scene, thickness, "cuda", options)
+    same_result(found, expected)
+    same_history(found.history, expected.history)
     return set(grown)
 
 
@@ -122,7 +115,7 @@ def test_impacts_of_touching_parts_are_selected_again_with_more_room(request, se
     scene = izo_ref.Scene(start, end, faces, pinned=pinned, initial_intersections="ratchet")
     assert scene.touching is not None
     grown = same_with_more_room(request, scene, 1e-2)
-    assert {"Detector.put", "SelectionStage.grow"} <= grown
+    assert {"Detector.put", "Stages.grow"} <= grown
 
 
 def test_impacts_at_the_start_are_selected_again_with_more_room(request, monkeypatch):
@@ -141,7 +134,7 @@ def test_impacts_at_the_start_are_selected_again_with_more_room(request, monkeyp
         return found(detector, counts, *more)
 
     monkeypatch.setattr(detect.Detector, "found", noted)
-    assert "SelectionStage.grow" in same_with_more_room(request, scene, THICKNESS_M)
+    assert "Stages.grow" in same_with_more_room(request, scene, THICKNESS_M)
     assert max(at_start) == n
 
 
@@ -181,7 +174,7 @@ def test_impacts_that_the_cpu_decided_are_those_of_one_detection(rng):
     scene = two_sheets(rng, 3)
     step, expected = (GpuStep(scene, THICKNESS_M, Options()) for _ in range(2))
     step.detect()
-    first = impacts_to_gpu(impacts_to_cpu(step.found).take(np.zeros(1, np.int64)))
+    first = to_gpu(to_cpu(step.found).take(np.zeros(1, np.int64)))
     step._stages.take_found(Found(first, 0, 1.0, in_place=False))
     assert step.select() == 1
     step.begin_again()
@@ -214,21 +207,16 @@ def test_a_step_goes_back_to_a_saved_state(rng):
         assert np.array_equal(own, other)
 
 
-def following_scene(rng, scene):
-    """Return a step that follows, with other masses and some vertices pinned."""
-    result = izo_ref.resolve(scene, THICKNESS_M)
-    end, n = result.positions.copy(), len(result.positions)
-    end[n // 2 :, 2] -= 0.1
-    pinned = np.arange(n) < 3
-    return scene.after(result, end, masses=0.5 + rng.random(n), pinned=pinned)
-
-
 def test_a_step_that_follows_is_the_same_as_a_new_one(rng):
     scene = two_sheets(rng, 3)
-    following = following_scene(rng, scene)
-    step, expected = (GpuStep(own, THICKNESS_M, Options()) for own in (scene, following))
+    step = GpuStep(scene, THICKNESS_M, Options())
     run(step)
-    step.restart(following)
+    start, end = to_cpu(step.positions), to_cpu(step.positions)
+    end[len(end) // 2 :, 2] -= 0.1
+    step.proposed.copy_to_device(end)
+    step.go_on(step.positions)
+    scene.positions_t0[:], scene.positions_t1[:] = start, end
+    expected = GpuStep(scene, THICKNESS_M, Options())
     same_history(run(step), run(expected))
     assert expected.n_impacts > 3
     same_step(step, expected)
@@ -236,7 +224,6 @@ def test_a_step_that_follows_is_the_same_as_a_new_one(rng):
 
 def test_a_step_that_follows_finds_the_buffers_that_grew_on_the_way(rng, grown):
     scene = two_sheets(rng, 3)
-    following = following_scene(rng, scene)
     ends = scene.positions_t1.copy()
     scene.positions_t1[:] = scene.positions_t0
     step = GpuStep(scene, THICKNESS_M, Options())
@@ -246,7 +233,9 @@ def test_a_step_that_follows_finds_the_buffers_that_grew_on_the_way(rng, grown):
     on_cpu.positions = ends
     assert on_cpu.detect().found > 3
     assert "Detector.grow" in grown
-    step.restart(following)
-    expected = GpuStep(following, THICKNESS_M, Options())
+    step.proposed.copy_to_device(ends)
+    step.go_on(step.positions)
+    scene.positions_t1[:] = ends
+    expected = GpuStep(scene, THICKNESS_M, Options())
     same_history(run(step), run(expected))
     same_step(step, expected)

@@ -7,13 +7,14 @@ import izo_ref
 from izo_ref import Options, Status
 from izo_ref.base import devices
 from izo_ref.base.options import LAGRANGIAN
-from izo_ref.loop import gpu_left
+from izo_ref.loop import gpu_zones
 from izo_ref.solvers import gpu_augmented_lagrangian as lagrangian
 from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.presets import PRESETS
 from izo_ref.solvers.solve import solve_system
 from tests.helpers.listed import leave_larger_zones
+from tests.helpers.same import same_result
 from tests.helpers.shapes import falling_sheet, pinched_sheet, two_sheets, vertex_over_face
 
 UPDATES = ("every-step", "inner-solve")
@@ -38,13 +39,9 @@ def scenes(rng):
     }
 
 
-def assert_same(found, expected):
+def same_as_on_cpu(found, expected):
     """Check that two results have the same bits, except for the objectives of the history."""
-    assert found.status is expected.status
-    assert np.array_equal(found.positions, expected.positions)
-    assert np.array_equal(found.multipliers, expected.multipliers)
-    for own, other in zip(found.impacts, expected.impacts, strict=True):
-        assert np.array_equal(own, other)
+    same_result(found, expected)
     assert found.certificate.candidates == expected.certificate.candidates
     for count in ("proofs", "most_proofs"):  # a GPU proves most pairs in float32 before
         assert getattr(found.certificate, count) <= getattr(expected.certificate, count)
@@ -64,7 +61,7 @@ def test_a_deep_step_ends_as_on_the_cpu():
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.FREE
     found = izo_ref.resolve(scene, 1e-3, device="cuda")
-    assert_same(found, expected)
+    same_as_on_cpu(found, expected)
     assert [line.added for line in found.history if line.round == 0] == [4, 4, 0]
 
 
@@ -74,14 +71,14 @@ def test_a_step_ends_as_on_the_cpu(rng, name):
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.FREE
     assert (len(expected.impacts.toi) > 0) == (name != "apart")
-    assert_same(izo_ref.resolve(scene, 1e-3, device="cuda"), expected)
+    same_as_on_cpu(izo_ref.resolve(scene, 1e-3, device="cuda"), expected)
 
 
 @pytest.mark.parametrize("selection", ["first-of-any", "all"])
 def test_every_selection_ends_as_on_the_cpu(rng, selection):
     scene, options = two_sheets(rng, 2), Options(selection=selection)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
-    assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
+    same_as_on_cpu(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
 @pytest.mark.parametrize("plan", ["everything", ("incremental",)])
@@ -97,7 +94,7 @@ def test_a_sheet_that_does_not_fit_ends_as_on_the_cpu(rng):
     scene = small_pinched_sheet(0.01)
     expected = izo_ref.resolve(scene, 0.02)
     assert expected.status is not Status.FREE
-    assert_same(izo_ref.resolve(scene, 0.02, "cuda"), expected)
+    same_as_on_cpu(izo_ref.resolve(scene, 0.02, "cuda"), expected)
 
 
 def test_pinned_sheets_that_meet_are_blocked_as_on_the_cpu(rng):
@@ -105,7 +102,7 @@ def test_pinned_sheets_that_meet_are_blocked_as_on_the_cpu(rng):
     expected = izo_ref.resolve(scene, 1e-3)
     assert expected.status is Status.BLOCKED
     found = izo_ref.resolve(scene, 1e-3, "cuda")
-    assert_same(found, expected)
+    same_as_on_cpu(found, expected)
     assert found.time_free == expected.time_free
 
 
@@ -117,7 +114,7 @@ def test_auto_takes_a_gpu_for_large_scenes_alone(rng, monkeypatch, enough):
     assert line.needed == ("all" if enough else "none")
     found = izo_ref.resolve(scene, 1e-3, "auto")
     assert (found.positions_on_gpu is not None) == enough
-    assert_same(found, izo_ref.resolve(scene, 1e-3))
+    same_as_on_cpu(found, izo_ref.resolve(scene, 1e-3))
     assert izo_ref.certify_path(scene, found.positions, device="auto").free
     assert len(izo_ref.find_impacts(scene, "auto").toi) > 0
 
@@ -126,7 +123,7 @@ def test_a_spent_budget_ends_as_on_the_cpu(rng):
     scene, options = two_sheets(rng, 2), Options(max_iterations=1)
     expected = izo_ref.resolve(scene, 1e-3, options=options)
     assert expected.scaled_back
-    assert_same(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
+    same_as_on_cpu(izo_ref.resolve(scene, 1e-3, "cuda", options), expected)
 
 
 @pytest.mark.parametrize("largest", [1, 512])
@@ -139,7 +136,7 @@ def test_zones_that_the_gpu_does_not_solve_are_left_to_the_cpu(rng, monkeypatch,
     scene = two_sheets(rng, 3)
     expected = izo_ref.resolve(scene, 1e-3)
     found = izo_ref.resolve(scene, 1e-3, "cuda")
-    assert_same(found, expected)
+    same_as_on_cpu(found, expected)
     assert found.left_to_cpu > 0
     assert expected.left_to_cpu == 0
 
@@ -154,7 +151,7 @@ def test_zones_that_are_left_start_from_their_last_solution(rng, monkeypatch):
         starts.append(more["start"])
         return solve_system(system, options, **more)
 
-    monkeypatch.setattr(gpu_left, "solve_system", noted)
+    monkeypatch.setattr(gpu_zones, "solve_system", noted)
     options = Options(relinearize=0)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
     assert found.left_to_cpu >= len(starts) > 1
@@ -225,14 +222,14 @@ def test_float32_zones_end_as_on_the_cpu(monkeypatch):
     # a round starts from multipliers in float32, which differ in their last digits
     scene, options = vertex_over_face(), Options(method="cg", precision="float32", relinearize=0)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
-    assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
+    same_as_on_cpu(found, izo_ref.resolve(scene, 1e-3, options=options))
     assert found.left_to_cpu == 0
 
 
 def test_methods_of_the_cpu_alone_have_all_zones_left_to_the_cpu():
     scene, options = vertex_over_face(), Options(method="interior-point", relinearize=0)
     found = izo_ref.resolve(scene, 1e-3, "cuda", options)
-    assert_same(found, izo_ref.resolve(scene, 1e-3, options=options))
+    same_as_on_cpu(found, izo_ref.resolve(scene, 1e-3, options=options))
     assert found.left_to_cpu > 0
 
 

@@ -7,19 +7,19 @@ from izo_ref.base.cuda import memory
 from izo_ref.base.cuda.compile import Kernel
 from izo_ref.base.cuda.launch import type_of
 from izo_ref.base.cuda.program import Program
-from izo_ref.base.gpu_arrays import full, to_cpu, to_gpu
+from izo_ref.base.gpu_arrays import empty, full, to_cpu, to_gpu
 from izo_ref.base.options import Options
-from izo_ref.loop.gpu_left import zones_to_cpu
-from izo_ref.loop.gpu_zones import ZoneStage
+from izo_ref.loop.gpu_zones import launch_to_measure, launches_of_zones, zones_left
 from izo_ref.solvers import gpu_pivoting as pivoting
 from izo_ref.solvers import gpu_solve as solve
 from izo_ref.solvers.serial import group_guess
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.envelope import dense_tiles
-from izo_ref.zones.gpu_grouping import GroupingStage
+from izo_ref.zones.gpu_grouping import launch_of_grouping
+from izo_ref.zones.group_buffers import listed_zones
 from izo_ref.zones.serial import group_counts
 from izo_ref.zones.serial import listed_zones as listed
-from izo_ref.zones.serial.group_records import ZoneRule
+from izo_ref.zones.serial.group_records import StepArrays, ZoneRule
 from tests.helpers import listed as helper
 from tests.helpers.listed import leave_larger_zones, listed_step, run
 from validation import ptx
@@ -49,21 +49,26 @@ def a_step():
 
 
 class OnGpu:
-    """A step on the GPU, and the stage that solves its zones."""
+    """A step on the GPU, and what solves its zones."""
 
     def __init__(self, step, room, options=None):
-        self.zones, self.inputs, self.state = (
-            own._make(to_gpu(a) if isinstance(a, np.ndarray) else a for a in own)
-            for own in (step.zones, step.inputs, step.state)
-        )
-        self.counts = full(16, -7, np.int64)
+        self.zones, thickness = to_gpu(step.zones), step.arrays.thickness
+        self.step = StepArrays(*map(to_gpu, step.arrays[:-1]), thickness)
+        self.counts, self.left = full(16, -7, np.int64), empty(room[0], np.int64)
         n = len(step.scene.masses)
-        thickness, options = step.inputs.thickness, options or Options()
-        self.stage = ZoneStage(n, thickness, options, self.counts, room)
+        self.solver = solve.ZoneSolver(n, thickness, options or Options(), room)
 
     def launches(self):
         """Return the launches."""
-        return self.stage.launches(self.zones, self.inputs, self.state)
+        return launches_of_zones(self.solver, self.zones, self.step, self.left, self.counts)
+
+    def to_measure(self):
+        """Return the launch that measures the step again."""
+        return launch_to_measure(self.solver, self.step, self.counts)
+
+    def state(self):
+        """Return what an update writes, on the CPU."""
+        return [to_cpu(a) for a in (self.step.positions, self.step.multipliers, self.step.active)]
 
 
 def check_same(own, step):
@@ -73,10 +78,16 @@ def check_same(own, step):
     assert np.array_equal(counts[others], step.counts[others])
     squares = counts.view(np.float64)[at.SQUARES]
     np.testing.assert_allclose(squares, step.values[at.SQUARES], rtol=1e-13)
-    for found, expected in zip(own.state, step.state, strict=True):
-        assert np.array_equal(to_cpu(found), expected)
+    for found, expected in zip(own.state(), step.state, strict=True):
+        assert np.array_equal(found, expected)
     n = step.counts[at.LEFT]
-    assert np.array_equal(own.stage.left(counts), np.sort(step.left[:n]))
+    assert np.array_equal(np.sort(to_cpu(own.left)[:n]), np.sort(step.left[:n]))
+    for found, expected in zip(
+        zones_left(own.zones, own.left, counts),
+        step.on_cpu.part(np.sort(step.left[:n])),
+        strict=True,
+    ):
+        assert np.array_equal(found, expected)
 
 
 @pytest.mark.parametrize("fits", [True, False])
@@ -96,7 +107,7 @@ def test_five_launches_solve_the_zones_and_update_the_step(monkeypatch, fits):
     for _ in range(2):  # the tickets and the counts begin anew
         program.run()
         check_same(own, step)
-        own.state.active.clear()  # larger zones begin at the last solution
+        own.step.active.clear()  # larger zones begin at the last solution
 
 
 def test_a_program_makes_no_arrays_and_reads_nothing(monkeypatch):
@@ -106,7 +117,7 @@ def test_a_program_makes_no_arrays_and_reads_nothing(monkeypatch):
     def refuse(*arguments):
         raise AssertionError(arguments)
 
-    monkeypatch.setattr(memory, "new_array", refuse)
+    monkeypatch.setattr(memory, "Block", refuse)
     monkeypatch.setattr(memory.DeviceArray, "copy_to_host", refuse)
     monkeypatch.setattr(memory.DeviceArray, "copy_to_device", refuse)
     program.run()
@@ -120,7 +131,7 @@ def test_the_arguments_have_the_types_of_the_contracts(monkeypatch):
 
     monkeypatch.setattr(Kernel, "prepare", noted)
     own.launches()
-    own.stage.to_measure(own.inputs, own.state)
+    own.to_measure()
     assert len(launched) == 6
     for kernel, arguments in launched.items():
         (expected,) = ptx.signatures(kernel).values()
@@ -142,7 +153,7 @@ def test_nothing_is_solved_if_something_does_not_fit(full_up):
         Program(one.launches()).run()
     found = to_cpu(too_little.counts)
     assert found[at.SOLVED] == found[at.LEFT] == 0
-    assert np.array_equal(to_cpu(too_little.state.positions), step.inputs.proposed)
+    assert np.array_equal(to_cpu(too_little.step.positions), step.arrays.proposed)
     run(step)
     check_same(own, step)
 
@@ -152,26 +163,16 @@ def test_a_step_is_measured_again():
     own = OnGpu(step, ENOUGH)
     Program(own.launches()).run()
     before = to_cpu(own.counts)
-    proposed = to_cpu(own.inputs.proposed)
-    own.state.positions.copy_to_device(proposed)
-    active = np.zeros_like(step.state.active)
+    own.step.positions.copy_to_device(own.step.proposed)
+    active = np.zeros_like(step.arrays.active)
     active[step.on_cpu.impacts[:3]] = True
-    own.state.active.copy_to_device(active)
-    own.stage.to_measure(own.inputs, own.state)()
+    own.step.active.copy_to_device(active)
+    own.to_measure()()
     found = to_cpu(own.counts)
     assert found.view(np.float64)[at.SQUARES] == 0.0
     assert found[at.ACTIVE] == 3
     others = [at.SOLVED, at.LEFT, at.ZONES_NEEDED]
     assert np.array_equal(found[others], before[others])
-
-
-def test_all_zones_are_copied_to_the_cpu():
-    step = a_step()
-    own = OnGpu(step, ENOUGH)
-    Program(own.launches()).run()
-    found = zones_to_cpu(own.zones, to_cpu(own.counts))
-    for name in ("impacts", "impact_offsets", "vertices", "vertex_offsets"):
-        assert np.array_equal(getattr(found, name), getattr(step.on_cpu, name))
 
 
 @pytest.mark.parametrize(
@@ -185,7 +186,8 @@ def test_other_methods_leave_all_zones(chosen):
     Program(launches).run()
     counts = to_cpu(own.counts)
     assert counts[at.SOLVED] == 0
-    assert own.stage.left(counts).tolist() == list(range(len(step.on_cpu)))
+    for found, expected in zip(zones_left(own.zones, own.left, counts), step.on_cpu, strict=True):
+        assert np.array_equal(found, expected)
 
 
 def test_grouping_and_solving_are_one_program_without_host_reads():
@@ -195,11 +197,9 @@ def test_grouping_and_solving_are_one_program_without_host_reads():
     n = len(step.impacts.toi)
     counts[[group_counts.IMPACTS, group_counts.NEEDED_IMPACTS]] = n
     on_gpu = to_gpu(counts)
-    rule = ZoneRule(True, own.stage.most_small, own.stage.most_middle)
-    pinned, stuck = to_gpu(step.scene.pinned), full(len(step.scene.pinned), False, np.bool_)
-    grouping = GroupingStage(own.inputs.nodes, pinned, stuck, rule, on_gpu)
-    own.zones = listed.listed_zones(grouping.lists, on_gpu)
-    program = Program([*grouping.launches(), *own.launches()])
+    rule = ZoneRule(True, own.solver.most_small, own.solver.most_middle)
+    own.zones = listed_zones(len(own.step.toi), len(own.step.pinned), on_gpu, empty)
+    program = Program([launch_of_grouping(own.step, rule, own.zones), *own.launches()])
     assert len(program.launches) == 6
     program.run()
     run(step)

@@ -39,7 +39,7 @@ def watched(step, log):
     for name, column in step._asdict().items():
         if isinstance(column, np.ndarray):
             columns[name] = logged(column, log)
-        elif name in ("zones", "inputs", "state", "rows", "answers"):
+        elif name in ("zones", "arrays", "rows", "answers"):
             own = (logged(a, log) if isinstance(a, np.ndarray) else a for a in column)
             columns[name] = column._make(own)
     return step._replace(**columns)
@@ -72,7 +72,7 @@ def logged_parts(n_threads, expected):
     same(step, expected)
     log = logs[2]
     own = watched(step, log)
-    measured = own.inputs, own.sizes, own.state, own.counts, own.values
+    measured = own.arrays, own.sizes, own.counts, own.values
     log.run(lambda: measure(log.group(), *measured))
     same(step, expected)
     return logs

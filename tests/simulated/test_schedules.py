@@ -54,9 +54,10 @@ def combined(log, values, n_blocks):
     parts = to_gpu(np.zeros((n_blocks or 0, group.PARTS)))
     counts, sums = to_gpu(np.zeros(1, np.int64)), empty((len(values), 6), np.float64)
     n_bytes = group.shared_bytes(THREADS)
-    launch = Kernel(add_and_combine).in_blocks(n_blocks or 1, THREADS, n_bytes)
+    own = to_gpu(values), parts, counts, sums
+    launch = Kernel(add_and_combine).prepare(n_blocks or 1, THREADS, *own, shared_bytes=n_bytes)
     with log.running():
-        launch(to_gpu(values), parts, counts, sums)
+        launch()
     return to_cpu(sums)
 
 
@@ -116,7 +117,7 @@ def waits_apart(flags):
 def test_threads_that_wait_for_ever_are_noticed():
     flags = to_gpu(np.arange(4) < 2)
     with KernelLog(1).running(), pytest.raises(RuntimeError, match="wait for ever"):
-        Kernel(waits_apart).in_blocks(2, 2)(flags)
+        Kernel(waits_apart).prepare(2, 2, flags)()
 
 
 def step_by_blocks(rng):

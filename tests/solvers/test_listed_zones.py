@@ -57,10 +57,10 @@ def test_small_zones_end_with_the_bits_of_the_cpu(rng, pinned):
     assert len(solved) >= 7 * (pinned == 0.0)
     for zone in solved:
         own = step.on_cpu.vertices_of(zone)
-        assert np.array_equal(step.state.positions[own], expected.positions[own])
+        assert np.array_equal(step.arrays.positions[own], expected.positions[own])
         own = step.on_cpu.impacts_of(zone)
-        assert np.array_equal(step.state.multipliers[own], expected.multipliers[own])
-        assert np.array_equal(step.state.active[own], expected.active[own])
+        assert np.array_equal(step.arrays.multipliers[own], expected.multipliers[own])
+        assert np.array_equal(step.arrays.active[own], expected.active[own])
 
 
 @pytest.mark.parametrize("pinned", [0.0, 0.3])
@@ -75,22 +75,22 @@ def test_larger_zones_end_near_the_cpu(rng, size, least, pinned):
         own = step.on_cpu.vertices_of(zone)
         # Both have a gap of at most 1e-9, so each is within sqrt(2e-9) of the optimum, relative to
         # the distance of the optimum.
-        mass = step.inputs.masses[own, None]
-        ends = step.state.positions[own], expected.positions[own]
-        offsets = [end - step.inputs.proposed[own] for end in ends]
+        mass = step.arrays.masses[own, None]
+        ends = step.arrays.positions[own], expected.positions[own]
+        offsets = [end - step.arrays.proposed[own] for end in ends]
         size = np.sqrt((mass * offsets[1] ** 2).sum())
         apart = np.sqrt((mass * (offsets[0] - offsets[1]) ** 2).sum())
         assert apart <= 2.0 * np.sqrt(2e-9) * size
         own = step.on_cpu.impacts_of(zone)
-        assert np.array_equal(step.state.active[own], step.state.multipliers[own] > 0.0)
+        assert np.array_equal(step.arrays.active[own], step.arrays.multipliers[own] > 0.0)
 
 
 def test_what_is_left_is_not_touched(rng):
     """These are zones that no positions satisfy, and those without a list."""
     step = listed_step([*some_zones(rng, pinned=0.3), hopeless_zone(rng)])
-    step.state.positions[:] += 1.0
-    step.state.multipliers[:], step.state.active[:] = 3.0, True
-    before = step.state.positions.copy()
+    step.arrays.positions[:] += 1.0
+    step.arrays.multipliers[:], step.arrays.active[:] = 3.0, True
+    before = step.arrays.positions.copy()
     unlisted = step.zones.small[0]
     step.zones.small[0] = step.zones.small[1]
     step.zones.small[1] = step.zones.small[step.zones.counts[listed.SMALL] - 1]
@@ -103,10 +103,10 @@ def test_what_is_left_is_not_touched(rng):
     assert unlisted not in left
     for zone in (*left, unlisted):
         own = step.on_cpu.vertices_of(zone)
-        assert np.array_equal(step.state.positions[own], before[own])
+        assert np.array_equal(step.arrays.positions[own], before[own])
         own = step.on_cpu.impacts_of(zone)
-        assert (step.state.multipliers[own] == 3.0).all()
-        assert step.state.active[own].all()
+        assert (step.arrays.multipliers[own] == 3.0).all()
+        assert step.arrays.active[own].all()
     n_listed = sum(step.zones.counts[k] for k in (listed.SMALL, listed.MIDDLE, listed.LARGE))
     assert step.counts[at.SOLVED] == n_listed - len(left)
 
@@ -127,11 +127,11 @@ def test_a_hopeless_impact_leaves_its_zone(rng, size):
 def test_each_part_begins_its_counts_anew(rng):
     step = listed_step(some_zones(rng))
     first = run(step)
-    counts, positions = step.counts.copy(), step.state.positions.copy()
-    step.state.active[:] = False  # larger zones begin at the last solution
+    counts, positions = step.counts.copy(), step.arrays.positions.copy()
+    step.arrays.active[:] = False  # larger zones begin at the last solution
     assert np.array_equal(run(step), first)
     assert np.array_equal(step.counts, counts)
-    assert np.array_equal(step.state.positions, positions)
+    assert np.array_equal(step.arrays.positions, positions)
     assert counts[at.ZONES_NEEDED] == len(step.on_cpu)
     assert counts[at.IMPACTS_NEEDED] == len(step.on_cpu.impacts)
     assert counts[at.VERTICES_NEEDED] == len(step.on_cpu.vertices)
@@ -154,7 +154,7 @@ def test_lists_that_are_not_complete_are_not_used(rng, count):
     step = listed_step(some_zones(rng, (1, 2, 9, 61)))
     k = getattr(listed, count)
     step.zones.counts[k] += 3  # all arrays have room for three more rows
-    room = listed.all_fit(step.zones, len(step.inputs.nodes))
+    room = listed.all_fit(step.zones, len(step.arrays.nodes))
     assert room
     step.zones.counts[k] += 1
     check_nothing_is_done(step)
@@ -200,7 +200,7 @@ def test_all_threads_solve_the_middle_zones_that_had_no_room(rng):
     solve_large(step)
     take_answers(step)
     assert step.counts[at.LEFT] == 0
-    assert np.array_equal(step.state.positions, expected.state.positions)
+    assert np.array_equal(step.arrays.positions, expected.arrays.positions)
 
 
 def test_slots_solve_each_zone_once(rng):
@@ -212,7 +212,7 @@ def test_slots_solve_each_zone_once(rng):
             solve_small(step, slot, n_slots)
         take_answers(step)
     assert steps[0].counts[at.SOLVED] == len(steps[0].on_cpu)
-    assert np.array_equal(steps[0].state.positions, steps[1].state.positions)
+    assert np.array_equal(steps[0].arrays.positions, steps[1].arrays.positions)
 
 
 def test_blocks_take_each_zone_once_and_big_ones_first():

@@ -43,7 +43,7 @@ def test_zones_and_zones_to_solve_are_those_of_a_step_of_the_cpu(rng, n, n_verti
 def check_sizes(own, zones, to_solve):
     """Check that the zones to solve are listed by their size, ascending."""
     sizes = np.diff(zones.impact_offsets)
-    bounds = (0, RULE.small, RULE.medium, len(zones.impacts))
+    bounds = (0, RULE.small, RULE.middle, len(zones.impacts))
     for row, low, high in zip(own.to_solve(), bounds[:-1], bounds[1:], strict=True):
         assert (np.diff(row) > 0).all()
         assert ((sizes[row] > low) & (sizes[row] <= high)).all()

@@ -80,7 +80,7 @@ GPU_STEP = [
         "ends-seen-last-are-forgotten-on-the-device",
         STEP,
         "        detector.remember(self.positions)\n",
-        "        detector.remember(own.proposed)\n",
+        "        detector.remember(self.proposed)\n",
         "On a GPU, vertices count as moved that stay where they were.",
     ),
     _fault(
@@ -93,15 +93,15 @@ GPU_STEP = [
     _fault(
         "restored-counts-of-active-impacts-are-old",
         STEP,
-        "(self._squares, self._n_active) = saved\n",
-        "(self._squares, _) = saved\n",
+        "self._squares, self._n_active = saved\n",
+        "self._squares, _ = saved\n",
         "A step on a GPU that goes back to an earlier state keeps the number of active impacts.",
     ),
     _fault(
         "selection-not-repeated-with-more-room",
         STAGES,
-        "        while self._selection.grow(self.group_counts):\n",
-        "        while self._selection.grow(self.group_counts) and self._n == 0:\n",
+        "        while self.grow():\n",
+        "        while self.grow() and self.total_mass < 0.0:\n",
         "On a GPU, impacts that find no room never enter the zones.",
     ),
     _fault(
@@ -145,19 +145,5 @@ GPU_STEP = [
         "        if self.detector.n_arrays_made != self._n_arrays_prepared:\n",
         "        if self.detector.n_arrays_made < 0:\n",
         "The next step on a GPU writes to buffers that were replaced by larger ones.",
-    ),
-    _fault(
-        "following-step-with-old-masses",
-        STAGES,
-        "        self._take_masses(scene)\n        self._found_with_cpu = None\n",
-        "        self._found_with_cpu = None\n",
-        "The next step on a GPU has the masses and the pinned vertices of the one before.",
-    ),
-    _fault(
-        "following-step-with-old-ends",
-        STAGES,
-        '        copy_positions(scene, "positions_t1", self.proposed)\n',
-        '        copy_positions(scene, "positions_t0", self.proposed)\n',
-        "The next step on a GPU proposes that nothing moves.",
     ),
 ]

@@ -69,8 +69,8 @@ LAGRANGIAN = [
     Fault(
         "ends-in-the-loops-order",
         "izo_ref/loop/gpu_step.py",
-        "kernels.put_rows[n](order, self.positions, positions)",
-        "kernels.put_rows[n](to_gpu(np.arange(n)), self.positions, positions)",
+        "put_rows(order, self.positions, positions)",
+        "put_rows(to_gpu(np.arange(len(positions))), self.positions, positions)",
         "Positions on the GPU are returned in the order that the loop uses.",
         ("tests/cuda/test_simulator.py",),
         flag="gpu-only",

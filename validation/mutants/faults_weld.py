@@ -25,8 +25,8 @@ WELD = [
     Fault(
         "copies-in-trees-of-a-gpu",
         "izo_ref/detection/gpu_trees.py",
-        "    vertices = np.sort(scene.tree_orders[0])  # without copies\n",
-        "    vertices = np.arange(len(scene.pinned), dtype=np.int32)\n",
+        "        to_gpu(Elements(vertices, of_vertices).tree),\n",
+        "        to_gpu(Elements(vertices, vertices[:, 0]).tree),\n",
         "On a GPU, copies of vertices are in the trees.",
         ("tests/cuda/test_simulator.py",),
         limit_s=1200.0,

@@ -39,8 +39,8 @@ ZONE = [
     Fault(
         "device-keeps-scaled-multipliers",
         "izo_ref/loop/serial/update.py",
-        "        state_out.multipliers[impact] = answers.multipliers[i] / lengths[i]\n",
-        "        state_out.multipliers[impact] = answers.multipliers[i]\n",
+        "        step_out.multipliers[impact] = answers.multipliers[i] / lengths[i]\n",
+        "        step_out.multipliers[impact] = answers.multipliers[i]\n",
         "A GPU returns the multipliers of constraints scaled to unit length.",
         ("tests/solvers/test_listed_zones.py",),
         flag="gpu-only",
@@ -69,8 +69,8 @@ ZONE = [
     Fault(
         "device-measures-without-masses",
         "izo_ref/loop/serial/update.py",
-        "        squares += inputs.masses[i] * total\n",
-        "        squares += total if inputs.masses[i] > 0.0 else 0.0\n",
+        "        squares += step.masses[i] * total\n",
+        "        squares += total if step.masses[i] > 0.0 else 0.0\n",
         "The objective that a launch of a GPU measures is not weighted by the masses.",
         ("tests/loop/test_update.py",),
         flag="gpu-only",
@@ -318,8 +318,8 @@ ZONE = [
     Fault(
         "impacts-enter-without-room-on-the-device",
         "izo_ref/zones/serial/group_select.py",
-        "    n_new = n_taken if before + n_taken <= impacts_out.toi.shape[0] else 0\n",
-        "    n_new = min(n_taken, impacts_out.toi.shape[0] - before)\n",
+        "    n_new = n_taken if before + n_taken <= step.toi.shape[0] else 0\n",
+        "    n_new = min(n_taken, step.toi.shape[0] - before)\n",
         "On a GPU, the impacts that find no room are lost, and the others enter twice.",
         (SELECTION,),
         flag="gpu-only",

@@ -51,7 +51,7 @@ SOURCES = (
     "Bandwidths, rates and links are those of NVIDIA's data sheets. A launch takes 3 us, a kernel "
     "of a graph 0.5 us; a read of the host counts as nothing, because no published time was found; "
     "`validation/study/gpu_machines.py` names the sources. For the H200, 0.7 us for a kernel of a "
-    "graph, 21 us for a read of 64 bytes and 3 us for a new array were measured."
+    "graph, 21 us for a read of 64 bytes and 26 us for a new array were measured."
 )
 STEPS_INTRO = (
     "A whole step is its iterations, one more detection for the certificate, and the way of the "

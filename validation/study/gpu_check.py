@@ -125,32 +125,34 @@ def all_options() -> Iterator[dict[str, Any]]:
 
 def array_differences(n: int) -> Iterator[str]:
     """Compare the order of n numbers, and the numbers in this order, with those of numpy."""
-    from izo_ref.base import gpu_arrays as arrays
+    from izo_ref.base.gpu_arrays import empty, put_rows, to_cpu, to_gpu
+    from validation.study.gpu_sort import stable_argsort
 
     rng = np.random.default_rng(n)
-    keys = rng.integers(-5, max(n // 2, 1), n)
-    on_gpu = arrays.to_gpu(keys)
-    order = np.argsort(keys, kind="stable")
+    keys, values, put = rng.integers(-5, max(n // 2, 1), n), rng.random(n), empty(n, np.float64)
+    on_gpu, order = to_gpu(keys), np.argsort(keys, kind="stable")
+    put_rows(to_gpu(order), to_gpu(values[order]), put)
     pairs = {
         "a copy": (on_gpu, keys),
-        "a stable order": (arrays.stable_argsort(on_gpu), order),
-        "rows of an index": (arrays.take(on_gpu, arrays.to_gpu(order)), keys[order]),
+        "a stable order": (stable_argsort(on_gpu), order),
+        "rows of an index": (put, values),
     }
     for name, (found, expected) in pairs.items():
-        if not np.array_equal(arrays.to_cpu(found), expected):
+        if not np.array_equal(to_cpu(found), expected):
             yield f"{name} differ from those of numpy"
 
 
 def program_differences() -> Iterator[str]:
     """Run launches as a program, twice, and compare what they write."""
-    from izo_ref.base.cuda.arrays import fill
+    from izo_ref.base.cuda.arrays import take_rows
     from izo_ref.base.cuda.compile import THREADS
     from izo_ref.base.cuda.program import Program
-    from izo_ref.base.gpu_arrays import full, to_cpu
+    from izo_ref.base.gpu_arrays import to_cpu, to_gpu, zeros
 
     n = 3 * THREADS
-    values = full(n, 0, np.int64)
-    program = Program([fill.prepare(3, THREADS, value, values) for value in (7, 5)])
+    index, values = to_gpu(np.arange(n)), zeros((n, 1), np.float64)
+    given = [to_gpu(np.full((n, 1), value)) for value in (7.0, 5.0)]
+    program = Program([take_rows.prepare(3, THREADS, own, index, values) for own in given])
     if to_cpu(values).any():
         yield "a program ran before it was started"
     for _ in range(2):

@@ -1,8 +1,7 @@
 """Count what the host asks of a GPU: launches, programs, arrays, copies and arguments.
 
-The counts hook into the places that every kernel, array and copy passes: `start` of
-`base/cuda/launch.py` or `launch` of `base/cuda/simulated.py`, `Program`, `Pool.take`, and
-`call_driver`. So they need no list of kernels.
+The counts hook into the places that every kernel, array and copy passes: `Launch`, `Program`,
+`Block`, and `call_driver`. So they need no list of kernels.
 """
 
 import ctypes
@@ -11,6 +10,7 @@ from contextlib import ExitStack, contextmanager
 from itertools import pairwise
 from typing import Any, NamedTuple
 from unittest.mock import patch
+from weakref import WeakKeyDictionary
 
 from izo_ref import Options
 from izo_ref.loop.iterate import Iteration, Loop
@@ -28,7 +28,7 @@ class Counts(NamedTuple):
     prepared: int = 0  # launches that were prepared for programs
     recorded: int = 0  # programs that were made
     arrays: int = 0  # new arrays
-    allocations: int = 0  # new arrays for which the pool had no block
+    allocations: int = 0  # blocks of memory that the driver gave
     reads: int = 0  # copies to the host, which waits for each of them
     read_bytes: int = 0
     sends: int = 0  # copies to the GPU
@@ -83,7 +83,6 @@ class Counter:
 
     def launch(self, n_numbers: int) -> None:
         """Count a launch with so many arguments."""
-        self.pack(n_numbers)
         if not self._in_program and not self._in_recording:
             self.add(launches=1, numbers=n_numbers)
 
@@ -133,45 +132,43 @@ def counting(counter: Counter) -> Iterator[Counter]:
 
 def _hooks(counter: Counter) -> list[tuple[Any, str, Any]]:
     """Return (owner, name, what takes its place) of all places that count."""
-    from izo_ref.base.cuda import launch, memory, program, simulated
-    from izo_ref.base.cuda.compile import Kernel
+    from izo_ref.base.cuda import launch, memory, program
+    from izo_ref.base.cuda.compile import Kernel, Launch
 
-    call, take, prepare = memory.call_driver, memory.Pool.take, Kernel.prepare
+    call, take, prepare = memory.call_driver, memory.Block.__init__, Kernel.prepare
     make, run = program.Program.__init__, program.Program.run
-    start, start_simulated = launch.start, simulated.launch
+    pack, start = Launch.__init__, Launch.__call__
+
+    n_numbers: WeakKeyDictionary[Any, int] = WeakKeyDictionary()  # of each launch
 
     def counted_call(function: Any, *arguments: Any) -> Any:
         returned = call(function, *arguments)
         counter.call(function, arguments)
         return returned
 
-    def counted_take(pool: Any, n_bytes: int) -> Any:
+    def counted_take(block: Any, n_bytes: int) -> None:
         counter.add(arrays=1)
-        return take(pool, n_bytes)
+        take(block, n_bytes)
 
-    def counted_prepare(kernel: Any, n_blocks: int, size: int, *own: Any, **named: Any) -> Any:
-        numbers: list[Any] = []
-        launch.flatten(own, [], numbers)
-        counter.pack(len(numbers))
+    def counted_pack(own: Any, *more: Any) -> None:
+        n_numbers[own] = sum(1 for _ in launch.numbers_of(more[-1]))
+        counter.pack(n_numbers[own])
+        pack(own, *more)
+
+    def counted_prepare(*own: Any, **named: Any) -> Any:
         counter.add(prepared=1)
-        return prepare(kernel, n_blocks, size, *own, **named)
+        return prepare(*own, **named)
 
-    def counted_start(ready: Any, *more: Any) -> None:
-        counter.launch(len(ready.offsets))
-        start(ready, *more)
-
-    def counted_simulated(dispatcher: Any, n_blocks: int, size: int, shared: int, own: Any) -> None:
-        numbers: list[Any] = []
-        launch.flatten(own, [], numbers)
-        counter.launch(len(numbers))
-        start_simulated(dispatcher, n_blocks, size, shared, own)
+    def counted_start(own: Any, *stream: Any) -> None:
+        counter.launch(n_numbers.get(own, 0))
+        start(own, *stream)
 
     return [
         *((module, "call_driver", counted_call) for module in (memory, launch, program)),
-        (memory.Pool, "take", counted_take),
+        (memory.Block, "__init__", counted_take),
         (Kernel, "prepare", counted_prepare),
-        (launch, "start", counted_start),
-        (simulated, "launch", counted_simulated),
+        (Launch, "__init__", counted_pack),
+        (Launch, "__call__", counted_start),
         (program.Program, "run", lambda own, *more: counter.run(own, run, *more)),
         (program.Program, "__init__", lambda own, *more: counter.record(own, make, *more)),
     ]

@@ -33,7 +33,8 @@ MACHINES = {
     # NVIDIA Ada GPU Architecture: float64 has a 64th of the rate of float32, which is 82.6e12
     "RTX 4090": Machine(1.008e12, 82.6e12 / 64, PCIE_4, LAUNCH_S, NODE_S, READ_S, 0.0, 128),
     # The rates are those of NVIDIA's H200 Tensor Core GPU Datasheet. The other times were measured
-    # on 2026-11-29: 0.7 us a node of a graph, 21 us a read of 64 bytes, 3 us an array of
-    # `base/cuda/memory.py`. A launch by our launcher was not measured, so it takes 3 us, too.
-    "H200": Machine(4.8e12, 34e12, PCIE_5, LAUNCH_S, 0.7e-6, 21e-6, 3e-6, 132),
+    # on 2026-11-29: 0.7 us a node of a graph, 21 us a read of 64 bytes, 26 us an array of
+    # numba-cuda, which is a block of the driver as those of `base/cuda/memory.py` are. A launch by
+    # our launcher was not measured, so it takes 3 us, too.
+    "H200": Machine(4.8e12, 34e12, PCIE_5, LAUNCH_S, 0.7e-6, 21e-6, 26e-6, 132),
 }

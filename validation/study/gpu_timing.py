@@ -33,8 +33,8 @@ def copied_bytes_per_ms(n_bytes: int, repeats: int) -> float:
     Returns:
         Bytes read and written in a millisecond.
     """
-    from izo_ref.base.gpu_arrays import copy, full
+    from izo_ref.base.gpu_arrays import copy, zeros
 
-    values = full(n_bytes // 8, 0.0, np.float64)
+    values = zeros(n_bytes // 8, np.float64)
     target = copy(values)
     return 2 * n_bytes / event_ms(lambda: target.copy_to_device(values), repeats)

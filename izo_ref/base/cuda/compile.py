@@ -16,6 +16,11 @@ from numba.cuda.core import config
 from izo_ref.base.compile import CACHE_FOLDER, why_not_kept
 from izo_ref.base.kept_code import CodeFiles, Place, say_not_kept
 
+if config.ENABLE_CUDASIM:  # the simulator has no driver
+    from izo_ref.base.cuda.simulated import Launch
+else:
+    from izo_ref.base.cuda.launch import Launch
+
 THREADS = 128  # threads of a block, where a kernel asks for no other number
 
 
@@ -72,36 +77,21 @@ class Kernel:
 
     def __init__(self, function: Callable[..., None]) -> None:
         """Prepare a function; it is compiled when it is first launched."""
-        self.function = function
-        dispatcher = self._dispatcher = cuda.jit(function, fastmath=False)
-        if config.ENABLE_CUDASIM:  # the simulator compiles nothing, and has no driver
-            from izo_ref.base.cuda.simulated import Launcher
-        else:
-            from izo_ref.base.cuda.launch import Launcher
-
-            keep_on_disk(dispatcher)
-        self._launcher = Launcher(dispatcher)
+        self.function, self._dispatcher = function, cuda.jit(function, fastmath=False)
+        if not config.ENABLE_CUDASIM:  # the simulator compiles nothing
+            keep_on_disk(self._dispatcher)
 
     def __getitem__(self, n_threads: int) -> Callable[..., None]:
-        """Return the launch on n threads, in blocks of `THREADS`."""
-        return self.in_blocks(-(-int(n_threads) // THREADS), min(int(n_threads), THREADS))
-
-    def in_blocks(self, n_blocks: int, size: int, shared_bytes: int = 0) -> Callable[..., None]:
-        """Return the launch in blocks of a chosen size.
-
-        Args:
-            n_blocks: Blocks; 0 launches nothing.
-            size: Threads of a block.
-            shared_bytes: Dynamic shared memory of a block [bytes].
-        """
+        """Return the launch on n threads, in blocks of `THREADS`; 0 launches nothing."""
 
         def launch(*arguments: Any) -> None:
-            if n_blocks:
-                self._launcher(n_blocks, size, shared_bytes, arguments)
+            if n_threads:
+                n_blocks, size = -(-n_threads // THREADS), min(n_threads, THREADS)
+                Launch(self._dispatcher, n_blocks, size, 0, arguments)()
 
         return launch
 
-    def prepare(self, n_blocks: int, size: int, *arguments: Any, shared_bytes: int = 0) -> Any:
+    def prepare(self, n_blocks: int, size: int, *arguments: Any, shared_bytes: int = 0) -> Launch:
         """Return a launch that can be repeated with the same arguments, for a `Program`.
 
         Args:
@@ -110,7 +100,7 @@ class Kernel:
             arguments: Arrays of the GPU, numbers, and records of these.
             shared_bytes: Dynamic shared memory of a block [bytes].
         """
-        return self._launcher.prepare(n_blocks, size, shared_bytes, arguments)
+        return Launch(self._dispatcher, n_blocks, size, shared_bytes, arguments)
 
 
 def cuda_kernel(function: Callable[..., None]) -> Kernel:

@@ -1,21 +1,19 @@
-"""Memory of a GPU, and arrays in it that are made in a few microseconds.
+"""Memory of a GPU, and arrays in it.
 
-An array of numba-cuda takes 26 us of Python on an H200, and 112 us with 10 MB. A step of a hundred
-thousand triangles made four thousand of them. So memory that is no longer used is kept here in a
-pool, sorted by size, and given to the next array of that size. All launches and copies go to the
-default stream, so they run in the order in which Python asks for them, and memory can be used again
-at once.
+Each array has a block of memory of its own from the driver. To give a block or to take it back, the
+driver waits until everything that was launched has ended. An array of numba-cuda, which is made in
+the same way, takes 26 us on an H200, and 112 us with 10 MB. So arrays are made once a step, some
+150 of them. An iteration makes none, and a test holds the code to that
+(`validation/study/gpu_limits.py`).
 """
 
 from __future__ import annotations
 
 import math
-import sys
 import threading
 from contextlib import suppress
-from functools import lru_cache
 from importlib import import_module
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any
 
 import numpy as np
 from numba import cuda
@@ -23,16 +21,12 @@ from numba.cuda.core import config
 from numba.cuda.cudadrv.driver import CudaAPIError
 from numpy.typing import DTypeLike
 
-from izo_ref.base.cuda.simulated import Driver, address_of
+from izo_ref.base.arrays import GpuArray
+from izo_ref.base.cuda.simulated import Driver
 from izo_ref.base.errors import DeviceMemoryError
-
-LEAST = 512  # bytes; smaller arrays get as many, and the driver aligns to 256
-STEPS = 4  # sizes of the pool between two powers of 2, so that at most a fifth of a block is unused
 
 # cuda.bindings is installed with numba-cuda
 driver: Any = Driver() if config.ENABLE_CUDASIM else import_module("cuda.bindings.driver")
-
-Kind: TypeAlias = tuple[np.dtype[Any], int, bool]  # dtype, number of axes, whether contiguous
 
 _thread = threading.local()
 
@@ -57,78 +51,43 @@ def synchronize() -> None:
     call_driver(driver.cuStreamSynchronize, 0)
 
 
-def room_for(n_bytes: int) -> int:
-    """Return the size of the block that the pool gives for some bytes [bytes]."""
-    if n_bytes <= LEAST:
-        return LEAST
-    step = 1 << (n_bytes - 1).bit_length() >> STEPS.bit_length()
-    return -(-n_bytes // step) * step
-
-
-def _allocate(n_bytes: int) -> int | None:
-    """Return the address of new memory; None if there is too little."""
-    try:
-        return int(call_driver(driver.cuMemAlloc, n_bytes))
-    except CudaAPIError as error:
-        if "OUT_OF_MEMORY" not in str(error):
-            raise
-        return None
-
-
-class Pool:
-    """Blocks of memory that were used and are free again, by their size."""
-
-    def __init__(self) -> None:
-        """Begin without blocks."""
-        self._free: dict[int, list[int]] = {}
-
-    def take(self, n_bytes: int) -> Block:
-        """Return a block of at least this size.
-
-        Raises:
-            DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
-        """
-        room = room_for(n_bytes)
-        free = self._free.get(room)
-        if free:
-            with suppress(IndexError):  # another thread took the last one
-                return Block(free.pop(), room, self)
-        address = _allocate(room)
-        if address is None:
-            self.release()
-            address = _allocate(room)
-        if address is None:
-            raise no_memory(room)
-        return Block(address, room, self)
-
-    def give_back(self, address: int, room: int) -> None:
-        """Take back a block that nothing uses any more."""
-        self._free.setdefault(room, []).append(address)
-
-    def release(self) -> None:
-        """Give all free blocks back to the driver."""
-        for blocks in list(self._free.values()):
-            while blocks:
-                call_driver(driver.cuMemFree, blocks.pop())
+# Addresses of blocks that nothing uses any more. Python may delete an array at any moment, also
+# while launches are recorded, when the driver takes no memory back. So the driver gets these blocks
+# back when it is asked for the next one.
+unused_blocks: list[int] = []
 
 
 class Block:
-    """A block of memory, which goes back to its pool when the last array in it is gone.
+    """A block of memory, which is one of the unused blocks when the last array in it is gone.
+
+    Args:
+        n_bytes: Its size, at least 1 [bytes].
 
     Attributes:
         address: Where it begins.
     """
 
-    __slots__ = ("_pool", "_room", "address")
+    def __init__(self, n_bytes: int) -> None:
+        """Give unused blocks back to the driver, and ask it for this one.
 
-    def __init__(self, address: int, room: int, pool: Pool) -> None:
-        """Keep the address."""
-        self.address, self._room, self._pool = address, room, pool
+        Raises:
+            DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
+        """
+        with suppress(IndexError):  # the list is empty, perhaps because of another thread
+            while True:
+                call_driver(driver.cuMemFree, unused_blocks.pop())
+        try:
+            self.address = int(call_driver(driver.cuMemAlloc, n_bytes))
+        except CudaAPIError as error:
+            if "OUT_OF_MEMORY" not in str(error):
+                raise
+            raise no_memory(n_bytes) from None
+        self._unused = unused_blocks
 
     def __del__(self) -> None:
-        """Give the block back."""
-        if not sys.is_finalizing():
-            self._pool.give_back(self.address, self._room)
+        """Let the driver have the block back, if it gave one."""
+        if hasattr(self, "_unused"):
+            self._unused.append(self.address)
 
 
 def no_memory(n_bytes: int) -> DeviceMemoryError:
@@ -140,53 +99,27 @@ def no_memory(n_bytes: int) -> DeviceMemoryError:
     )
 
 
-POOL = Pool()
-
-
-class Layout(NamedTuple):
-    """What arrays of one shape and dtype have in common.
-
-    Attributes:
-        n_bytes: Size of the values [bytes].
-        strides: As `DeviceArray.strides`.
-        kind: As `DeviceArray.kind`.
-        before: `DeviceArray.fields` before the address.
-        behind: `DeviceArray.fields` behind the address.
-    """
-
-    n_bytes: int
-    strides: tuple[int, ...]
-    kind: Kind
-    before: tuple[int, ...]
-    behind: tuple[int, ...]
-
-
-@lru_cache(maxsize=4096)  # a step makes thousands of arrays, and most have a shape that was there
-def layout_of(
-    shape: tuple[int, ...], dtype: np.dtype[Any], strides: tuple[int, ...] | None
-) -> Layout:
-    """Return the layout of an array; without strides, that of a contiguous one."""
-    n, size = math.prod(shape), dtype.itemsize
-    contiguous = tuple(size * math.prod(shape[k + 1 :]) for k in range(len(shape)))
-    own = contiguous if strides is None else strides
-    kind = dtype, len(shape), own == contiguous
-    return Layout(n * size, own, kind, (0, 0, n, size), (*shape, *own))
+def contiguous_strides(shape: tuple[int, ...], dtype: np.dtype[Any]) -> tuple[int, ...]:
+    """Return the strides of an array without gaps, whose last axis is the fastest one [bytes]."""
+    return tuple(dtype.itemsize * math.prod(shape[k + 1 :]) for k in range(len(shape)))
 
 
 class DeviceArray:
     """An array in the memory of a GPU, with those parts of the interface of numba's that we use.
 
-    Attributes:
+    Args:
         address: Where its first number is.
         shape: The shape.
         dtype: The dtype.
-        strides: The distance of neighbours on each axis [bytes].
-        fields: The array as numba hands it to a kernel: two pointers that are not used on a GPU,
-            the number of values, the size of one, the address, the shape and the strides.
-        kind: What the compiled code depends on: dtype, number of axes, whether it is contiguous.
+        owner: What keeps the memory alive.
+        strides: The distance of neighbours on each axis [bytes]; None if the array is contiguous.
+
+    Attributes:
+        address, shape, dtype, strides: As above; `strides` is never None.
+        is_contiguous: Whether the array has no gaps, and the last axis is the fastest one.
     """
 
-    __slots__ = ("_owner", "address", "dtype", "fields", "kind", "shape", "strides")
+    __slots__ = ("_owner", "address", "dtype", "is_contiguous", "shape", "strides")
 
     def __init__(
         self,
@@ -196,19 +129,11 @@ class DeviceArray:
         owner: object,
         strides: tuple[int, ...] | None = None,
     ) -> None:
-        """Describe memory.
-
-        Args:
-            address: Where the first number is.
-            shape: The shape.
-            dtype: The dtype.
-            owner: What keeps the memory alive.
-            strides: [bytes]; None if the array is contiguous, with the last axis fastest.
-        """
-        layout = layout_of(shape, dtype, strides)
+        """Describe memory."""
         self.address, self.shape, self.dtype, self._owner = address, shape, dtype, owner
-        self.strides, self.kind = layout.strides, layout.kind
-        self.fields = (*layout.before, address, *layout.behind)
+        without_gaps = contiguous_strides(shape, dtype)
+        self.strides = without_gaps if strides is None else strides
+        self.is_contiguous = self.strides == without_gaps
 
     def __len__(self) -> int:
         """Return the number of rows."""
@@ -217,7 +142,12 @@ class DeviceArray:
     @property
     def size(self) -> int:
         """Number of values."""
-        return self.fields[2]
+        return math.prod(self.shape)
+
+    @property
+    def nbytes(self) -> int:
+        """Size of all values [bytes]."""
+        return self.size * self.dtype.itemsize
 
     @property
     def ndim(self) -> int:
@@ -231,7 +161,7 @@ class DeviceArray:
             "shape": self.shape,
             "typestr": self.dtype.str,
             "data": (self.address if self.size else 0, False),
-            "strides": None if self.kind[2] else self.strides,
+            "strides": None if self.is_contiguous else self.strides,
             "version": 3,
         }
 
@@ -259,9 +189,8 @@ class DeviceArray:
         Args:
             byte: The new value; floats become 0 by 0, and NaN by 255.
         """
-        n_bytes = self.size * self.dtype.itemsize
-        if n_bytes:
-            call_driver(driver.cuMemsetD8Async, self.address, byte, n_bytes, 0)
+        if self.size:
+            call_driver(driver.cuMemsetD8Async, self.address, byte, self.nbytes, 0)
 
     def copy_to_host(self) -> Any:
         """Return a copy on the CPU; the array is contiguous."""
@@ -276,28 +205,22 @@ class DeviceArray:
         Args:
             values: A contiguous array on the CPU or on the GPU.
         """
-        n_bytes = self.size * self.dtype.itemsize
-        if n_bytes and isinstance(values, np.ndarray):
-            call_driver(driver.cuMemcpyHtoD, self.address, values.ctypes.data, n_bytes)
-        elif n_bytes:
-            call_driver(driver.cuMemcpyDtoDAsync, self.address, values.address, n_bytes, 0)
+        if self.size and isinstance(values, np.ndarray):
+            call_driver(driver.cuMemcpyHtoD, self.address, values.ctypes.data, self.nbytes)
+        elif self.size:
+            call_driver(driver.cuMemcpyDtoDAsync, self.address, values.address, self.nbytes, 0)
 
 
-def new_array(shape: tuple[int, ...], dtype: DTypeLike) -> DeviceArray:
-    """Return a new array, not written to.
+def empty(shape: int | tuple[int, ...], dtype: DTypeLike) -> GpuArray:
+    """Return an array on the GPU that is not written to.
+
+    Args:
+        shape: The shape, or the length of an array with one axis.
+        dtype: The dtype.
 
     Raises:
         DeviceMemoryError: The GPU has less free memory; says what is needed, and what is free.
     """
-    own = np.dtype(dtype)
-    block = POOL.take(layout_of(shape, own, None).n_bytes)
-    return DeviceArray(block.address, shape, own, block)
-
-
-def array_at(array: Any) -> DeviceArray:
-    """Return the memory of an array of numba or CuPy."""
-    if config.ENABLE_CUDASIM:
-        address = address_of(array)
-    else:
-        address = array.__cuda_array_interface__["data"][0]
-    return DeviceArray(address, array.shape, array.dtype, array, array.strides)
+    own, sizes = np.dtype(dtype), shape if isinstance(shape, tuple) else (shape,)
+    block = Block(max(own.itemsize * math.prod(sizes), 1))
+    return DeviceArray(block.address, sizes, own, block)

@@ -4,7 +4,7 @@ The arrays of `base/cuda/memory.py` are the same as on a GPU; their addresses ar
 """
 
 import ctypes
-from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ UNWRITTEN = 0xFF  # in every byte of new memory, so floats that nobody wrote are
 
 
 class Driver:
-    """The functions of the CUDA driver for memory, in the memory of the CPU."""
+    """The functions of the CUDA driver for memory, in the memory of the CPU; no stream matters."""
 
     def __init__(self) -> None:
         """Begin without memory."""
@@ -40,8 +40,12 @@ class Driver:
         """Copy some bytes, and return 0."""
         return self.cuMemcpyHtoD(target, source, n_bytes)
 
+    def cuMemcpyDtoDAsync(self, target: int, source: int, n_bytes: int, _: int) -> tuple[int]:
+        """Copy some bytes, and return 0."""
+        return self.cuMemcpyHtoD(target, source, n_bytes)
+
     def cuMemsetD8Async(self, target: int, value: int, n: int, _: int) -> tuple[int]:
-        """Set some bytes, and return 0; the stream does not matter."""
+        """Set some bytes, and return 0."""
         ctypes.memset(target, value, n)
         return (0,)
 
@@ -49,85 +53,36 @@ class Driver:
         """Return 0; everything has ended already."""
         return (0,)
 
-    def cuMemcpyDtoDAsync(self, target: int, source: int, n: int, _: int) -> tuple[int]:
-        """Copy some bytes, and return 0; the stream does not matter."""
-        return self.cuMemcpyHtoD(target, source, n)
+
+class Launch:
+    """A launch with fixed arguments; parameters as of `base/cuda/launch.py:Launch`."""
+
+    def __init__(
+        self, dispatcher: Any, n_blocks: int, size: int, shared_bytes: int, arguments: Any
+    ) -> None:
+        """Keep the arguments."""
+        self._dispatcher, self._sizes = dispatcher, (n_blocks, size, 0, shared_bytes)
+        self._arguments = arguments
+
+    def __call__(self, _stream: Any = 0) -> None:
+        """Run the kernel."""
+        self._dispatcher[self._sizes](*map(as_simulated, self._arguments))
 
 
-class Described:
-    """An array of `base/cuda/memory.py`, described as numpy reads it; keeps the array alive.
-
-    Args:
-        array: The array.
-    """
-
-    def __init__(self, array: Any) -> None:
-        """Describe the array."""
-        self.array = array
-        self.__array_interface__ = {
-            "shape": array.shape,
-            "typestr": array.dtype.str,
-            "data": (array.address, False),
-            "strides": array.strides,
-            "version": 3,
-        }
+def as_simulated(argument: Any) -> Any:
+    """Return an argument of a kernel as the simulator takes it, with the same memory."""
+    if hasattr(argument, "address"):
+        return array_of(argument)
+    if isinstance(argument, tuple):
+        values = map(as_simulated, argument)
+        return argument.__class__(*values) if hasattr(argument, "_fields") else tuple(values)
+    return argument
 
 
 def array_of(array: Any) -> Any:
     """Return the memory of an array as the simulator takes it."""
     from numba.cuda.cudadrv.devicearray import FakeCUDAArray  # pyright: ignore
 
-    return FakeCUDAArray(np.asarray(Described(array)))
-
-
-def address_of(array: Any) -> int:
-    """Return where the first number of an array of the simulator is."""
-    return array.ctypes.data
-
-
-def launch(dispatcher: Any, n_blocks: int, size: int, shared_bytes: int, arguments: Any) -> None:
-    """Run a kernel of the simulator.
-
-    Args:
-        dispatcher: The kernel, of the simulator.
-        n_blocks: Blocks.
-        size: Threads of a block.
-        shared_bytes: Dynamic shared memory of a block [bytes].
-        arguments: Arrays of `base/cuda/memory.py`, numbers, and records of these.
-    """
-    dispatcher[n_blocks, size, 0, shared_bytes](*map(_as_simulated, arguments))
-
-
-class Launcher:
-    """Launches a kernel of the simulator, with the methods of the launcher of a GPU.
-
-    Args:
-        dispatcher: The kernel, of the simulator.
-    """
-
-    def __init__(self, dispatcher: Any) -> None:
-        """Keep the kernel."""
-        self._dispatcher = dispatcher
-
-    def __call__(self, n_blocks: int, size: int, shared_bytes: int, arguments: Any) -> None:
-        """Run the kernel; parameters as of `launch`."""
-        launch(self._dispatcher, n_blocks, size, shared_bytes, arguments)
-
-    def prepare(
-        self, n_blocks: int, size: int, shared_bytes: int, arguments: Any
-    ) -> Callable[..., None]:
-        """Return a launch that can be repeated with the same arguments."""
-
-        def again(_stream: Any = 0) -> None:
-            self(n_blocks, size, shared_bytes, arguments)
-
-        return again
-
-
-def _as_simulated(argument: Any) -> Any:
-    if hasattr(argument, "address"):
-        return array_of(argument)
-    if isinstance(argument, tuple):
-        values = map(_as_simulated, argument)
-        return argument.__class__(*values) if hasattr(argument, "_fields") else tuple(values)
-    return argument
+    # numpy reads the same description as other libraries do on a GPU, and keeps the array alive
+    own = SimpleNamespace(__array_interface__=array.__cuda_array_interface__, array=array)
+    return FakeCUDAArray(np.asarray(own))

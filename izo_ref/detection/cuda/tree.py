@@ -1,4 +1,4 @@
-"""Sort elements along a curve, fit the boxes of a path and of the trees above them, and query them.
+"""Fit the boxes of a path and of the trees above them, and query them.
 
 A wait of all blocks takes 1.3 us on an H200, and most levels of a tree have few blocks. So one
 launch fits all levels of all trees.
@@ -9,32 +9,15 @@ launch fits all levels of all trees.
 
 from numba import cuda
 
-from izo_ref.base.arrays import AnyFloats, Flags, Floats, Indices, Ints, Positions
+from izo_ref.base.arrays import AnyFloats, Flags, Floats, Indices, Ints
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
 from izo_ref.base.serial.thread_group import group_sum
-from izo_ref.detection.serial.boxes import morton_code
 from izo_ref.detection.serial.found_counts import VERTEX_FACE_PAIRS
 from izo_ref.detection.serial.group_boxes import fit_boxes
 from izo_ref.detection.serial.query import append_edge_faces, append_pairs
 from izo_ref.detection.serial.records import PathArrays
 from izo_ref.detection.serial.tree import Tree
-
-
-@cuda_kernel
-def compute_morton_codes(
-    # In:
-    positions: Positions,  # (n_vertices, 3) f8  [m]
-    nodes: Ints,  # (n, k) i4
-    origin: Floats,  # (3,) f8  [m]
-    cells_per_m: float,  # f8  [1/m], 2^21 cells over the widest extent
-    # Out:
-    codes_out: Indices,  # (n,) i8, of the mean of the nodes: 21 bits an axis, interleaved
-) -> None:
-    """Compute the Morton code of each element."""
-    i = cuda.grid(1)
-    if i < nodes.shape[0]:
-        codes_out[i] = morton_code(i, positions, nodes, origin, cells_per_m)
 
 
 @cuda_kernel

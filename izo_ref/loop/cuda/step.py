@@ -2,7 +2,7 @@
 
 from numba import cuda
 
-from izo_ref.base.arrays import AnyArray, Flags, Floats, Indices, Ints, Multipliers, Positions
+from izo_ref.base.arrays import Flags, Floats, Indices, Ints, Multipliers, Positions
 from izo_ref.base.cuda.compile import cuda_kernel
 
 
@@ -46,18 +46,3 @@ def take_positions(
             positions_out[i, axis] = x
             if not abs(x - centre[axis]) <= radius:
                 cuda.atomic.add(outside_out, 0, 1)
-
-
-@cuda_kernel
-def put_rows(
-    # In:
-    index: Indices,  # (m,) i8, each once
-    rows: AnyArray,  # (m, k) f8 or b1
-    # Out:
-    values_out: AnyArray,  # (n, k) f8 or b1
-) -> None:
-    """Write rows to the places of an index."""
-    i = cuda.grid(1)
-    if i < index.shape[0]:
-        for k in range(rows.shape[1]):
-            values_out[index[i], k] = rows[i, k]

@@ -4,7 +4,8 @@ from izo_ref.base.arrays import Floats, Indices
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import grid
 from izo_ref.loop.serial.update import measure, update
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers
+from izo_ref.zones.serial.group_records import StepArrays
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 
@@ -12,43 +13,30 @@ from izo_ref.zones.serial.listed_zones import ListedZones
 def update_step(
     # In:
     zones: ListedZones,  # ListedZones, of zones/serial/listed_zones.py
-    inputs: StepInputs,  # StepInputs, of solvers/serial/zone_buffers.py
     lengths: Floats,  # (n_impacts,) f8  [kg^-1/2], of the rows before scaling
-    answers: ZoneAnswers,  # ZoneAnswers
+    answers: ZoneAnswers,  # ZoneAnswers, of solvers/serial/zone_buffers.py
     sizes: Indices,  # (8,) i8, how much is to be done
     # Out:
-    state_out: StepState,  # StepState, entries of solved zones are written
+    step_out: StepArrays,  # StepArrays, entries of solved zones are written
     left_out: Indices,  # (n_zones,) i8, zones that are not solved, in any order
     counts_out: Indices,  # (7,) i8, what the CPU reads
     values_out: Floats,  # (7,) f8, the same memory
     parts_out: Floats,  # (n_blocks, 7) f8, zeros, work space
 ) -> None:
     """Move the vertices of solved zones, list the zones that are left, and measure the step."""
-    group = grid(parts_out)
-    update(
-        group,
-        zones,
-        inputs,
-        lengths,
-        answers,
-        sizes,
-        state_out,
-        left_out,
-        counts_out,
-        values_out,
-    )
+    own = zones, lengths, answers, sizes, step_out, left_out, counts_out, values_out
+    update(grid(parts_out), *own)
 
 
 @cuda_kernel
 def measure_step(
     # In:
-    inputs: StepInputs,  # StepInputs, of solvers/serial/zone_buffers.py
+    step: StepArrays,  # StepArrays, of zones/serial/group_records.py
     sizes: Indices,  # (8,) i8, how much is to be done
-    state: StepState,  # StepState
     # Out:
     counts_out: Indices,  # (7,) i8, what the CPU reads
     values_out: Floats,  # (7,) f8, the same memory
     parts_out: Floats,  # (n_blocks, 7) f8, zeros, work space
 ) -> None:
     """Measure the objective and the active impacts of a step."""
-    measure(grid(parts_out), inputs, sizes, state, counts_out, values_out)
+    measure(grid(parts_out), step, sizes, counts_out, values_out)

@@ -8,7 +8,8 @@ from izo_ref.base.arrays import Floats, Indices
 from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup, group_add, group_sums
 from izo_ref.solvers.serial import zone_buffers as at
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers
+from izo_ref.zones.serial.group_records import StepArrays
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 # Threads that share a zone. Most small zones have a few impacts; a middle or a large zone has some
@@ -20,11 +21,10 @@ SHARE_SMALL, SHARE_OTHERS = 4, 32
 def update(
     group: ThreadGroup,
     zones: ListedZones,
-    inputs: StepInputs,
     lengths: Floats,
     answers: ZoneAnswers,
     sizes: Indices,
-    state_out: StepState,
+    step_out: StepArrays,
     left_out: Indices,
     counts_out: Indices,
     values_out: Floats,
@@ -34,21 +34,20 @@ def update(
     Args:
         group: The threads.
         zones: The zones, and lists of those that were to be solved.
-        inputs: The step.
         lengths: (n_impacts,) f8 [kg^-1/2], of the constraints before scaling.
         answers: The solutions of these zones.
         sizes: (N_SIZES,) i8, how much is to be done.
-        state_out: Entries of solved zones are written.
+        step_out: The step; positions, multipliers and flags of solved zones are written.
         left_out: (n_zones,) i8, the zones that are not solved, in any order.
         counts_out: (N_COUNTS,) i8, LEFT is counted, SOLVED and ACTIVE are written.
         values_out: (N_COUNTS,) f8, the same memory; SQUARES is written.
     """
-    own = zones, inputs, lengths, answers, state_out, left_out, counts_out
+    own = zones, lengths, answers, step_out, left_out, counts_out
     solved = _take_list(group, zones.small, sizes[at.SMALL], SHARE_SMALL, *own)
     solved += _take_list(group, zones.middle, sizes[at.MIDDLE], SHARE_OTHERS, *own)
     solved += _take_list(group, zones.large, sizes[at.LARGE], SHARE_OTHERS, *own)
     group.wait()  # all threads read the positions next
-    squares, active, solved_by_all = _sums(group, inputs, sizes, state_out, solved)
+    squares, active, solved_by_all = _sums(group, step_out, sizes, solved)
     if group.rank() == 0:
         counts_out[at.SOLVED], counts_out[at.ACTIVE] = int(solved_by_all), int(active)
         values_out[at.SQUARES] = squares
@@ -57,9 +56,8 @@ def update(
 @compiled
 def measure(
     group: ThreadGroup,
-    inputs: StepInputs,
+    step: StepArrays,
     sizes: Indices,
-    state: StepState,
     counts_out: Indices,
     values_out: Floats,
 ) -> None:
@@ -67,13 +65,12 @@ def measure(
 
     Args:
         group: The threads.
-        inputs: The step.
+        step: The step.
         sizes: (N_SIZES,) i8; OF_STEP is how many impacts there are.
-        state: The step.
         counts_out: (N_COUNTS,) i8, ACTIVE is written.
         values_out: (N_COUNTS,) f8, the same memory; SQUARES is written.
     """
-    squares, active, _ = _sums(group, inputs, sizes, state, 0)
+    squares, active, _ = _sums(group, step, sizes, 0)
     if group.rank() == 0:
         counts_out[at.ACTIVE], values_out[at.SQUARES] = int(active), squares
 
@@ -85,10 +82,9 @@ def _take_list(
     n: int,
     share: int,
     zones: ListedZones,
-    inputs: StepInputs,
     lengths: Floats,
     answers: ZoneAnswers,
-    state_out: StepState,
+    step_out: StepArrays,
     left_out: Indices,
     counts_out: Indices,
 ) -> int:
@@ -101,7 +97,7 @@ def _take_list(
     for k in range(group.rank(), share * n, group.size()):
         zone, part = list_of_zones[k // share], k % share
         if answers.solved[zone]:
-            _take_answer(zone, part, share, zones, inputs, lengths, answers, state_out)
+            _take_answer(zone, part, share, zones, lengths, answers, step_out)
             if part == 0:
                 solved += 1
         elif part == 0:
@@ -115,40 +111,35 @@ def _take_answer(
     part: int,
     share: int,
     zones: ListedZones,
-    inputs: StepInputs,
     lengths: Floats,
     answers: ZoneAnswers,
-    state_out: StepState,
+    step_out: StepArrays,
 ) -> None:
     """Take a part of the answer for a zone: every `share`th vertex and impact."""
     for i in range(zones.vertex_offsets[zone] + part, zones.vertex_offsets[zone + 1], share):
         vertex = zones.vertices[i]
         for axis in range(3):
-            displacement = inputs.inverse_sqrt_masses[vertex] * answers.z[3 * i + axis]
-            state_out.positions[vertex, axis] = inputs.proposed[vertex, axis] + displacement
+            displacement = step_out.inverse_sqrt_masses[vertex] * answers.z[3 * i + axis]
+            step_out.positions[vertex, axis] = step_out.proposed[vertex, axis] + displacement
     for i in range(zones.impact_offsets[zone] + part, zones.impact_offsets[zone + 1], share):
         impact = zones.impacts[i]
-        state_out.multipliers[impact] = answers.multipliers[i] / lengths[i]
-        state_out.active[impact] = answers.multipliers[i] > 0.0
+        step_out.multipliers[impact] = answers.multipliers[i] / lengths[i]
+        step_out.active[impact] = answers.multipliers[i] > 0.0
 
 
 @compiled
 def _sums(
-    group: ThreadGroup,
-    inputs: StepInputs,
-    sizes: Indices,
-    state: StepState,
-    solved: int,
+    group: ThreadGroup, step: StepArrays, sizes: Indices, solved: int
 ) -> tuple[float, float, float]:
     """Return sum m |x - y|^2 [kg m^2], the active impacts, and the sum of `solved`."""
     squares, active = 0.0, 0.0
-    for i in range(group.rank(), inputs.masses.shape[0], group.size()):
+    for i in range(group.rank(), step.masses.shape[0], group.size()):
         total = 0.0
         for axis in range(3):
-            offset = state.positions[i, axis] - inputs.proposed[i, axis]
+            offset = step.positions[i, axis] - step.proposed[i, axis]
             total += offset * offset
-        squares += inputs.masses[i] * total
+        squares += step.masses[i] * total
     for j in range(group.rank(), sizes[at.OF_STEP], group.size()):
-        if state.active[j]:
+        if step.active[j]:
             active += 1.0
     return group_sums(group, squares, active, float(solved))

@@ -9,7 +9,8 @@ from izo_ref.base.cuda.thread_group import WARP, block, grid
 from izo_ref.solvers.serial import zone_rows
 from izo_ref.solvers.serial.listed_zones import solve_by_all, solve_by_group, solve_in_slot
 from izo_ref.solvers.serial.small_zone import Limits
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers, ZoneRows
+from izo_ref.zones.serial.group_records import StepArrays
 from izo_ref.zones.serial.listed_zones import ListedZones
 
 
@@ -17,10 +18,9 @@ from izo_ref.zones.serial.listed_zones import ListedZones
 def write_rows(
     # In:
     zones: ListedZones,  # ListedZones, of zones/serial/listed_zones.py
-    inputs: StepInputs,  # StepInputs, of solvers/serial/zone_buffers.py
-    state: StepState,  # StepState
+    inputs: StepArrays,  # StepArrays, of zones/serial/group_records.py
     # Out:
-    rows_out: ZoneRows,  # ZoneRows
+    rows_out: ZoneRows,  # ZoneRows, of solvers/serial/zone_buffers.py
     answers_out: ZoneAnswers,  # ZoneAnswers, all zones become unsolved
     places_out: Ints,  # (n_vertices,) i4, the place of each vertex in those of the zones
     sizes_out: Indices,  # (8,) i8, how much is to be done
@@ -30,7 +30,7 @@ def write_rows(
     """Write the constraints of all zones, and begin all counts anew."""
     group = grid(parts_out)
     zone_rows.write_rows(
-        group, zones, inputs, state, rows_out, answers_out, places_out, sizes_out, counts_out
+        group, zones, inputs, rows_out, answers_out, places_out, sizes_out, counts_out
     )
 
 

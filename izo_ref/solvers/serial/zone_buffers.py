@@ -1,21 +1,12 @@
-"""Records of what solving zones on a GPU reads and writes, with room to spare.
+"""Records of what solving zones on a GPU writes, with room to spare.
 
-`zones/serial/listed_zones.py` has the zones. The arrays here are at least as long as stated.
+`zones/serial/listed_zones.py` has the zones, and `zones/serial/group_records.py` the arrays of the
+step. The arrays here are at least as long as stated.
 """
 
 from typing import NamedTuple
 
-from izo_ref.base.arrays import (
-    Flags,
-    Floats,
-    Ints,
-    Masses,
-    Multipliers,
-    Nodes,
-    Normals,
-    Positions,
-    Weights,
-)
+from izo_ref.base.arrays import Flags, Floats, Ints, Multipliers, Nodes, Normals, Positions
 
 # Places of the numbers in `sizes`, which say how much is to be done: all 0 if something does not
 # fit. OF_STEP are the impacts of the step, of which some may be in no zone. TICKET is the next zone
@@ -28,26 +19,6 @@ N_SIZES = 8
 # zones, their impacts and their vertices need.
 SOLVED, LEFT, ACTIVE, SQUARES, ZONES_NEEDED, IMPACTS_NEEDED, VERTICES_NEEDED = range(7)
 N_COUNTS = 7
-
-
-class StepInputs(NamedTuple):
-    """The impacts of a step, and what does not change in a step."""
-
-    nodes: Nodes  # (n_impacts, 4) i4
-    weights: Weights  # (n_impacts, 4) f8
-    normals: Normals  # (n_impacts, 3) f8
-    proposed: Positions  # (n_vertices, 3) f8 [m]
-    inverse_sqrt_masses: Floats  # (n_vertices,) f8 [kg^-1/2], 0 for pinned vertices
-    masses: Masses  # (n_vertices,) f8 [kg], 0 for pinned vertices
-    thickness: float  # [m]
-
-
-class StepState(NamedTuple):
-    """What solving zones changes in a step."""
-
-    positions: Positions  # (n_vertices, 3) f8 [m]
-    multipliers: Multipliers  # (n_impacts,) f8 [kg]
-    active: Flags  # (n_impacts,) b1
 
 
 class ZoneRows(NamedTuple):

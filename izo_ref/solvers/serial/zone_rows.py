@@ -5,8 +5,9 @@ from izo_ref.base.compile import compiled
 from izo_ref.base.serial.thread_group import ThreadGroup
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.constraints import scale_constraint
-from izo_ref.solvers.serial.zone_buffers import StepInputs, StepState, ZoneAnswers, ZoneRows
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers, ZoneRows
 from izo_ref.zones.serial import listed_zones as listed
+from izo_ref.zones.serial.group_records import StepArrays
 from izo_ref.zones.serial.listed_zones import ListedZones, all_fit
 
 
@@ -14,8 +15,7 @@ from izo_ref.zones.serial.listed_zones import ListedZones, all_fit
 def write_rows(
     group: ThreadGroup,
     zones: ListedZones,
-    inputs: StepInputs,
-    state: StepState,
+    inputs: StepArrays,
     rows_out: ZoneRows,
     answers_out: ZoneAnswers,
     places_out: Ints,
@@ -27,8 +27,7 @@ def write_rows(
     Args:
         group: The threads.
         zones: The zones, which may not fit: then nothing is to be done.
-        inputs: The impacts and the step.
-        state: The last solution, in which new impacts are not active.
+        inputs: The step, with the last solution, in which new impacts are not active.
         rows_out: The constraints are written.
         answers_out: All zones become unsolved, and get the multipliers of the last solution.
         places_out: (n_vertices,) i4, the place of each vertex in those of the zones; the entries
@@ -52,7 +51,7 @@ def write_rows(
         for i in range(rank, zones.counts[listed.IMPACTS], size):
             impact = zones.impacts[i]
             _write_row(i, impact, inputs, places_out, rows_out)
-            last = state.multipliers[impact] if state.active[impact] else 0.0
+            last = inputs.multipliers[impact] if inputs.active[impact] else 0.0
             answers_out.multipliers[i] = last * rows_out.lengths[i]
 
 
@@ -87,7 +86,7 @@ def _begin_counts(zones: ListedZones, fits: bool, sizes_out: Indices, counts_out
 
 
 @compiled
-def _write_row(i: int, impact: int, inputs: StepInputs, places: Ints, rows_out: ZoneRows) -> None:
+def _write_row(i: int, impact: int, inputs: StepArrays, places: Ints, rows_out: ZoneRows) -> None:
     """Write the constraint of an impact to row i."""
     own, row = slice(impact, impact + 1), slice(i, i + 1)
     unknowns = rows_out.unknowns[row]

@@ -10,13 +10,7 @@ from izo_ref.base.arrays import Floats, Indices
 from izo_ref.base.cuda.compile import cuda_kernel
 from izo_ref.base.cuda.thread_group import block, grid
 from izo_ref.base.records import Impacts
-from izo_ref.zones.serial.group_records import (
-    SelectionRule,
-    SelectionWork,
-    StepArrays,
-    VertexLabels,
-    ZoneImpacts,
-)
+from izo_ref.zones.serial.group_records import SelectionWork, StepArrays, VertexLabels
 from izo_ref.zones.serial.group_select import group_select
 
 
@@ -26,18 +20,17 @@ def select_impacts(
     few: int,  # i8, most impacts found that one block selects among
     found: Impacts,  # Impacts, of base/records.py, with room for more
     n_found: Indices,  # (1,) i8
-    rule: SelectionRule,  # SelectionRule, of zones/serial/group_records.py
+    selection: int,  # i8, which impacts are selected, a code of zones/serial/group_records.py
     # Out:
-    step_out: StepArrays,  # StepArrays; known depths are written
-    impacts_out: ZoneImpacts,  # ZoneImpacts
+    step_out: StepArrays,  # StepArrays; impacts are appended, and known depths are written
     vertices_out: VertexLabels,  # VertexLabels, work space
     work_out: SelectionWork,  # SelectionWork, work space
     counts_out: Indices,  # (16,) i8, of zones/serial/group_counts.py
     parts_out: Floats,  # (n_blocks, 7) f8, zeros at first, work space
 ) -> None:
     """Select impacts and append them to those in the zones."""
-    own = rule, impacts_out, vertices_out, work_out, counts_out
+    own = found, n_found, selection, step_out, vertices_out, work_out, counts_out
     if n_found[0] > few:
-        group_select(grid(parts_out), found, n_found, step_out, *own)
+        group_select(grid(parts_out), *own)
     elif cuda.blockIdx.x == 0:
-        group_select(block(), found, n_found, step_out, *own)
+        group_select(block(), *own)

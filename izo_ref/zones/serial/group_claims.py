@@ -14,12 +14,7 @@ from izo_ref.base.compile import compiled
 from izo_ref.base.records import Impacts
 from izo_ref.base.serial.thread_group import ThreadGroup, group_least, group_maxima
 from izo_ref.zones.serial.deep_selection import is_early, main_vertices
-from izo_ref.zones.serial.group_records import (
-    INDEPENDENT,
-    SelectionRule,
-    SelectionWork,
-    VertexLabels,
-)
+from izo_ref.zones.serial.group_records import INDEPENDENT, SelectionWork, VertexLabels
 
 OPEN, TAKEN, DROPPED = range(3)
 # Added to the keys of edge-edge impacts in deep zones, so that they come behind all vertex-face
@@ -72,7 +67,7 @@ def take_by_claims(
     n_vertices: int,
     found: Impacts,
     pinned: Flags,
-    rule: SelectionRule,
+    selection: int,
     own: VertexLabels,
     work: SelectionWork,
 ) -> None:
@@ -87,11 +82,11 @@ def take_by_claims(
         n_vertices: Number of their unpinned vertices.
         found: The impacts.
         pinned: (n_vertices,) b1.
-        rule: Which impacts are taken.
+        selection: Which impacts are taken: INDEPENDENT or FIRST_OF_ANY.
         own: The vertices.
         work: The claims, the keys and the states.
     """
-    is_independent = rule.selection == INDEPENDENT
+    is_independent = selection == INDEPENDENT
     later = 0  # the claims of a round are lower than all claims before, so owners are not reset
     while _claim_by_key(group, n, found, pinned, work):
         for j in range(group.rank(), n, group.size()):

@@ -9,7 +9,7 @@ NEW = 2  # impacts of the last selection that found room
 NEEDED_IMPACTS = 3  # room that the impacts of the zones and all selected ones need
 ZONES = 4  # zones
 TO_SOLVE = 5  # zones that have to be solved
-OF_SIZE = 6  # three numbers: how many of the zones to solve are small, medium-sized and large
+OF_SIZE = 6  # three numbers: how many of the zones to solve are small, middle and large
 ZONE_IMPACTS = 9  # impacts in zones, without those that have pinned vertices only
 ZONE_VERTICES = 10  # unpinned vertices of the zones
 

@@ -1,4 +1,4 @@
-"""Arrays and choices of the selection and of the grouping by a thread group."""
+"""Arrays and choices of the launches of a step, by thread groups."""
 
 from typing import NamedTuple
 
@@ -8,42 +8,46 @@ from izo_ref.base.arrays import (
     Floats,
     Indices,
     Ints,
+    Masses,
     Multipliers,
     Nodes,
     Normals,
-    Offsets,
     Positions,
     Times,
     Weights,
 )
 
-INDEPENDENT, FIRST_OF_ANY, ALL = range(3)  # values of `SelectionRule.selection`
-SMALL, MEDIUM, LARGE = range(3)  # rows of `ZoneLists.to_solve`
+SELECTIONS = ("independent", "first-of-any", "all")  # values of `Options.selection`
+INDEPENDENT, FIRST_OF_ANY, ALL = range(3)  # their places
 
 
 class StepArrays(NamedTuple):
-    """Arrays of a step that are read, and `stuck` and `known_depths`, which are written, too."""
+    """The arrays of a step: the columns of `ZoneImpacts`, those of its vertices, the thickness."""
 
+    nodes: Nodes  # (room, 4) i4
+    is_edge_edge: Flags  # (room,) b1
+    toi: Times  # (room,) f8
+    weights: Weights  # (room, 4) f8
+    normals: Normals  # (room, 3) f8
+    multipliers: Multipliers  # (room,) f8 [kg]
+    active: Flags  # (room,) b1
     start: Positions  # (n_vertices, 3) f8 [m], start of the path
+    proposed: Positions  # (n_vertices, 3) f8 [m], proposed end of the path
     positions: Positions  # (n_vertices, 3) f8 [m], end of the path
     pinned: Flags  # (n_vertices,) b1
     stuck: Flags  # (n_vertices,) b1, vertices of zones that no positions satisfy
     known_depths: Ints  # (n_vertices,) i4, of `deep_selection.py`
-
-
-class SelectionRule(NamedTuple):
-    """Which impacts enter the zones."""
-
+    masses: Masses  # (n_vertices,) f8 [kg], 0 for pinned vertices
+    inverse_sqrt_masses: Floats  # (n_vertices,) f8 [kg^-1/2], 0 for pinned vertices
     thickness: float  # [m], distance that impacts keep at the end
-    selection: int  # INDEPENDENT, FIRST_OF_ANY or ALL
 
 
 class ZoneRule(NamedTuple):
-    """Which zones are solved, and what a small and a medium-sized zone is."""
+    """Which zones are solved, and what a small and a middle zone is."""
 
     every_zone: bool  # whether zones without a new impact are solved, too
     small: int  # most impacts of a small zone
-    medium: int  # most impacts of a medium-sized zone
+    middle: int  # most impacts of a middle zone
 
 
 class ZoneImpacts(NamedTuple):
@@ -69,16 +73,6 @@ class VertexLabels(NamedTuple):
     listed: Indices  # (room,) i8, each unpinned vertex of the impacts once
     labels: Indices  # (n_vertices,) i8, the least vertex of the zone of each vertex
     parents: Indices  # (n_vertices,) i8, of each label, a lower label of the same zone
-
-
-class ZoneLists(NamedTuple):
-    """Zones as in `zones/grouping.py`, with room for more, and which of them have to be solved."""
-
-    impacts: Indices  # (room for impacts,) i8, zone by zone, ascending in each
-    impact_offsets: Offsets  # (room for zones + 1,) i8
-    vertices: Indices  # (room for vertices,) i8, unpinned ones, zone by zone, ascending in each
-    vertex_offsets: Offsets  # (room for zones + 1,) i8
-    to_solve: Indices  # (3, room for zones) i8, SMALL, MEDIUM and LARGE zones, each row ascending
 
 
 class GroupWork(NamedTuple):

@@ -30,11 +30,9 @@ from izo_ref.zones.serial.group_labels import forget_marks, label_vertices, list
 from izo_ref.zones.serial.group_records import (
     ALL,
     INDEPENDENT,
-    SelectionRule,
     SelectionWork,
     StepArrays,
     VertexLabels,
-    ZoneImpacts,
 )
 from izo_ref.zones.serial.selection import is_hopeful
 
@@ -44,9 +42,8 @@ def group_select(
     group: ThreadGroup,
     found: Impacts,
     n_found: Indices,
-    step: StepArrays,
-    rule: SelectionRule,
-    impacts_out: ZoneImpacts,
+    selection: int,
+    step_out: StepArrays,
     own: VertexLabels,
     work: SelectionWork,
     counts_out: Indices,
@@ -62,40 +59,39 @@ def group_select(
         found: The impacts found, with room for more; each has an unpinned vertex whose weight is
             not zero.
         n_found: (1,) i8, number of impacts found.
-        step: The arrays of the step; known depths are written.
-        rule: Which impacts are selected.
-        impacts_out: The impacts in the zones.
+        selection: Which impacts are selected: INDEPENDENT, FIRST_OF_ANY or ALL.
+        step_out: The step; its impacts and its known depths are written.
         own: Work space.
         work: Work space.
         counts_out: (N_COUNTS,) i8; IMPACTS is read, and the numbers up to NEEDED_IMPACTS are
             written.
     """
-    n, before = n_found[0], counts_out[IMPACTS]
+    step, n, before = step_out, n_found[0], counts_out[IMPACTS]
     if n > found.toi.shape[0]:
         n = 0
     if group.rank() == 0:
         counts_out[FOUND_VERTICES], counts_out[N_TAKEN] = 0, 0
     group.wait()
-    _begin(group, n, found, step, rule, own, work, counts_out)
-    if rule.selection != ALL:
+    _begin(group, n, found, selection, step, own, work, counts_out)
+    if selection != ALL:
         group.wait()
         n_vertices = counts_out[FOUND_VERTICES]
-        if rule.selection == INDEPENDENT:
+        if selection == INDEPENDENT:
             label_vertices(group, n, found.nodes, step.pinned, n_vertices, own)
             find_deep_zones(group, n, n_vertices, found, step, own, work)
         prepare_claims(group, n, found, step.pinned, work)
         forget_marks(group, n_vertices, own)
         group.wait()
-        take_by_claims(group, n, n_vertices, found, step.pinned, rule, own, work)
+        take_by_claims(group, n, n_vertices, found, step.pinned, selection, own, work)
     for j in range(group.rank(), n, group.size()):
         if work.states[j] == TAKEN:
             work.taken[group_add(group, counts_out, N_TAKEN, 1)] = j
     group.wait()
     n_taken = counts_out[N_TAKEN]
     group_sort(group, n_taken, work.taken, work.places, work.other_keys, work.other_places)
-    n_new = n_taken if before + n_taken <= impacts_out.toi.shape[0] else 0
+    n_new = n_taken if before + n_taken <= step.toi.shape[0] else 0
     for i in range(group.rank(), n_new, group.size()):
-        _append(before + i, work.taken[i], found, impacts_out)
+        _append(before + i, work.taken[i], found, step_out)
     if group.rank() == 0:
         counts_out[FIRST_NEW], counts_out[IMPACTS] = before, before + n_new
         counts_out[NEW], counts_out[NEEDED_IMPACTS] = n_new, before + n_taken
@@ -106,8 +102,8 @@ def _begin(
     group: ThreadGroup,
     n: int,
     found: Impacts,
+    selection: int,
     step: StepArrays,
-    rule: SelectionRule,
     own: VertexLabels,
     work: SelectionWork,
     counts: Indices,
@@ -115,12 +111,12 @@ def _begin(
     """Drop the impacts that no solver could mend, and list the unpinned vertices of all impacts."""
     nodes, weights, normals = found.nodes, found.weights, found.normals
     for j in range(group.rank(), n, group.size()):
-        is_open = is_hopeful(j, step.positions, nodes, weights, normals, step.stuck, rule.thickness)
-        if rule.selection == ALL:
+        is_open = is_hopeful(j, step.positions, nodes, weights, normals, step.stuck, step.thickness)
+        if selection == ALL:
             work.states[j] = TAKEN if is_open else DROPPED
             continue
         work.states[j], work.deep[j] = OPEN if is_open else DROPPED, False
-        if rule.selection == INDEPENDENT:
+        if selection == INDEPENDENT:
             work.depths[j] = relative_depth(
                 j, step.start, step.positions, nodes, found.is_edge_edge, weights, normals
             )
@@ -132,12 +128,12 @@ def _begin(
 
 
 @compiled
-def _append(to: int, j: int, found: Impacts, impacts_out: ZoneImpacts) -> None:
+def _append(to: int, j: int, found: Impacts, step_out: StepArrays) -> None:
     """Copy impact j to a place behind the impacts of the zones; it starts without a multiplier."""
-    impacts_out.is_edge_edge[to], impacts_out.toi[to] = found.is_edge_edge[j], found.toi[j]
+    step_out.is_edge_edge[to], step_out.toi[to] = found.is_edge_edge[j], found.toi[j]
     for k in range(4):
-        impacts_out.nodes[to, k] = found.nodes[j, k]
-        impacts_out.weights[to, k] = found.weights[j, k]
+        step_out.nodes[to, k] = found.nodes[j, k]
+        step_out.weights[to, k] = found.weights[j, k]
     for axis in range(3):
-        impacts_out.normals[to, axis] = found.normals[j, axis]
-    impacts_out.multipliers[to], impacts_out.active[to] = 0.0, False
+        step_out.normals[to, axis] = found.normals[j, axis]
+    step_out.multipliers[to], step_out.active[to] = 0.0, False

@@ -28,15 +28,8 @@ from izo_ref.zones.serial.group_labels import (
     label_vertices,
     list_vertex,
 )
-from izo_ref.zones.serial.group_records import (
-    LARGE,
-    MEDIUM,
-    SMALL,
-    GroupWork,
-    VertexLabels,
-    ZoneLists,
-    ZoneRule,
-)
+from izo_ref.zones.serial.group_records import GroupWork, StepArrays, VertexLabels, ZoneRule
+from izo_ref.zones.serial.listed_zones import ListedZones
 
 # A key holds two numbers of 31 bits: vertices are numbers of 32 bits with a sign.
 BITS = 31
@@ -44,18 +37,17 @@ NUMBER = (1 << BITS) - 1  # the bits of the lower number
 VERTEX = 1 << 62  # added to the keys of vertices, which come behind all impacts
 NO_ZONE = (1 << 63) - 1  # key of an impact that is in no zone
 
+SMALL, MIDDLE, LARGE = range(3)  # sizes of zones
+
 
 @compiled
 def group_zones(
     group: ThreadGroup,
-    nodes: Nodes,
-    pinned: Flags,
+    step_out: StepArrays,
     rule: ZoneRule,
-    stuck_out: Flags,
-    lists_out: ZoneLists,
+    zones_out: ListedZones,
     own: VertexLabels,
     work: GroupWork,
-    counts_out: Indices,
 ) -> None:
     """Group impacts into zones, and list the zones that have to be solved.
 
@@ -65,45 +57,43 @@ def group_zones(
 
     Args:
         group: The threads.
-        nodes: (room, 4) i4, of the counts[IMPACTS] impacts.
-        pinned: (n_vertices,) b1.
+        step_out: The step, with counts[IMPACTS] impacts; `stuck` is written.
         rule: Which zones are solved, and their sizes.
-        stuck_out: (n_vertices,) b1.
-        lists_out: The zones, and those that have to be solved.
+        zones_out: The zones, and those that have to be solved. Of the counts, FIRST_NEW and IMPACTS
+            are read, the numbers of zones and of zones to solve are written.
         own: Work space.
         work: Work space.
-        counts_out: (N_COUNTS,) i8; FIRST_NEW and IMPACTS are read, the numbers of zones and of
-            zones to solve are written.
     """
-    n, first_new = counts_out[IMPACTS], counts_out[FIRST_NEW]
+    nodes, pinned, stuck, counts = step_out.nodes, step_out.pinned, step_out.stuck, zones_out.counts
+    n, first_new = counts[IMPACTS], counts[FIRST_NEW]
     if group.rank() == 0:
         for k in range(ZONES, N_COUNTS):
-            counts_out[k] = 0
+            counts[k] = 0
     if n <= first_new:
         return
     group.wait()
     for j in range(group.rank(), n, group.size()):
         for k in range(4):
             vertex = nodes[j, k]
-            if not pinned[vertex] and list_vertex(group, vertex, counts_out, ZONE_VERTICES, own):
+            if not pinned[vertex] and list_vertex(group, vertex, counts, ZONE_VERTICES, own):
                 work.stuck_marks[vertex] = 0
     group.wait()
-    n_vertices = counts_out[ZONE_VERTICES]
+    n_vertices = counts[ZONE_VERTICES]
     label_vertices(group, n, nodes, pinned, n_vertices, own)
-    _write_keys(group, n, nodes, pinned, n_vertices, stuck_out, own, work, counts_out)
+    _write_keys(group, n, nodes, pinned, n_vertices, stuck, own, work, counts)
     forget_marks(group, n_vertices, own)
     group.wait()
     scratch = work.places, work.other_keys, work.other_places
     group_sort(group, n + n_vertices, work.keys, *scratch)
-    n_impacts = n - counts_out[LEFT_OUT]
-    _divide(group, n_impacts, n_vertices, stuck_out, lists_out, work, counts_out)
+    n_impacts = n - counts[LEFT_OUT]
+    _divide(group, n_impacts, n_vertices, stuck, zones_out, work)
     group.wait()
-    n_zones = counts_out[STARTS] // 2
-    group_sort(group, counts_out[STARTS], work.starts, *scratch)
-    _choose(group, n_zones, n_impacts, n_vertices, first_new, rule, lists_out, work, counts_out)
+    n_zones = counts[STARTS] // 2
+    group_sort(group, counts[STARTS], work.starts, *scratch)
+    _choose(group, n_zones, n_impacts, n_vertices, first_new, rule, zones_out, work)
     group.wait()
-    group_sort(group, counts_out[TO_SOLVE], work.chosen, *scratch)
-    _list_chosen(group, lists_out, work, counts_out)
+    group_sort(group, counts[TO_SOLVE], work.chosen, *scratch)
+    _list_chosen(group, zones_out, work)
 
 
 @compiled
@@ -138,20 +128,19 @@ def _divide(
     n_impacts: int,
     n_vertices: int,
     stuck_out: Flags,
-    lists_out: ZoneLists,
+    zones_out: ListedZones,
     work: GroupWork,
-    counts: Indices,
 ) -> None:
     """Collect where zones begin; list impacts and vertices; mark the vertices of stuck zones."""
-    keys = work.keys
+    keys, counts = work.keys, zones_out.counts
     for i in range(group.rank(), n_impacts + n_vertices, group.size()):
         label, number = keys[i] >> BITS, keys[i] & NUMBER
         if i == 0 or keys[i - 1] >> BITS != label:
             work.starts[group_add(group, counts, STARTS, 1)] = i
         if i < n_impacts:
-            lists_out.impacts[i] = number
+            zones_out.impacts[i] = number
         else:
-            lists_out.vertices[i - n_impacts] = number
+            zones_out.vertices[i - n_impacts] = number
             if work.stuck_marks[label - (VERTEX >> BITS)] > 0:
                 stuck_out[number] = True
 
@@ -164,16 +153,15 @@ def _choose(
     n_vertices: int,
     first_new: int,
     rule: ZoneRule,
-    lists_out: ZoneLists,
+    zones_out: ListedZones,
     work: GroupWork,
-    counts: Indices,
 ) -> None:
     """Write where zones begin, and collect the zones to solve, with keys that sort by size."""
-    starts, keys = work.starts, work.keys
+    starts, keys, counts = work.starts, work.keys, zones_out.counts
     for zone in range(group.rank(), n_zones, group.size()):
         begin, end = starts[zone], starts[zone + 1]
-        lists_out.impact_offsets[zone] = begin
-        lists_out.vertex_offsets[zone] = starts[n_zones + zone] - n_impacts
+        zones_out.impact_offsets[zone] = begin
+        zones_out.vertex_offsets[zone] = starts[n_zones + zone] - n_impacts
         is_stuck = work.stuck_marks[keys[begin] >> BITS] > 0
         is_new = (keys[end - 1] & NUMBER) >= first_new
         if (rule.every_zone or is_new) and not is_stuck:
@@ -181,26 +169,29 @@ def _choose(
             group_add(group, counts, OF_SIZE + size, 1)
             work.chosen[group_add(group, counts, TO_SOLVE, 1)] = (size << BITS) + zone
     if group.rank() == 0:
-        lists_out.impact_offsets[n_zones] = n_impacts
-        lists_out.vertex_offsets[n_zones] = n_vertices
+        zones_out.impact_offsets[n_zones] = n_impacts
+        zones_out.vertex_offsets[n_zones] = n_vertices
         counts[ZONES], counts[ZONE_IMPACTS] = n_zones, n_impacts
 
 
 @compiled
 def _size_of(n: AnyInt, rule: ZoneRule) -> int:
-    """Return SMALL, MEDIUM or LARGE for a zone of n impacts."""
+    """Return SMALL, MIDDLE or LARGE for a zone of n impacts."""
     if n <= rule.small:
         return SMALL
-    return MEDIUM if n <= rule.medium else LARGE
+    return MIDDLE if n <= rule.middle else LARGE
 
 
 @compiled
-def _list_chosen(
-    group: ThreadGroup, lists_out: ZoneLists, work: GroupWork, counts: Indices
-) -> None:
+def _list_chosen(group: ThreadGroup, zones_out: ListedZones, work: GroupWork) -> None:
     """List the zones to solve by their size."""
+    counts = zones_out.counts
+    n_small, n_middle = counts[OF_SIZE + SMALL], counts[OF_SIZE + MIDDLE]
     for i in range(group.rank(), counts[TO_SOLVE], group.size()):
-        size, at = work.chosen[i] >> BITS, i
-        for smaller in range(size):
-            at -= counts[OF_SIZE + smaller]
-        lists_out.to_solve[size, at] = work.chosen[i] & NUMBER
+        size, zone = work.chosen[i] >> BITS, work.chosen[i] & NUMBER
+        if size == SMALL:
+            zones_out.small[i] = zone
+        elif size == MIDDLE:
+            zones_out.middle[i - n_small] = zone
+        else:
+            zones_out.large[i - n_small - n_middle] = zone

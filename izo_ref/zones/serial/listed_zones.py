@@ -10,7 +10,6 @@ from typing import NamedTuple
 from izo_ref.base.arrays import Indices, Offsets
 from izo_ref.base.compile import compiled
 from izo_ref.zones.serial import group_counts
-from izo_ref.zones.serial.group_records import ZoneLists
 
 # Places of the numbers in `ListedZones.counts`.
 OF_STEP, NEEDED, ZONES = group_counts.IMPACTS, group_counts.NEEDED_IMPACTS, group_counts.ZONES
@@ -23,7 +22,7 @@ class ListedZones(NamedTuple):
     """Zones side by side as in `zones/grouping.py`, and those to solve by their number of impacts.
 
     The arrays are at least as long as stated. Together, the three lists hold each zone at most
-    once, in any order.
+    once; the grouping lists them in ascending order.
     """
 
     impacts: Indices  # (n_impacts,) i8, impacts of the step, zone by zone
@@ -34,27 +33,6 @@ class ListedZones(NamedTuple):
     middle: Indices  # (n_middle,) i8, zones
     large: Indices  # (n_large,) i8, zones
     counts: Indices  # (16,) i8, of `group_counts.py`
-
-
-def listed_zones(lists: ZoneLists, counts: Indices) -> ListedZones:
-    """Return what the grouping on a GPU wrote.
-
-    Args:
-        lists: The zones, and those that have to be solved, on the GPU.
-        counts: (16,) i8, of `group_counts.py`, on the GPU.
-    """
-    room = lists.to_solve.shape[1]
-    small, middle, large = (lists.to_solve[k : k + 1].reshape(room) for k in range(3))
-    return ListedZones(
-        lists.impacts,
-        lists.impact_offsets,
-        lists.vertices,
-        lists.vertex_offsets,
-        small,
-        middle,
-        large,
-        counts,
-    )
 
 
 @compiled
