@@ -1,5 +1,6 @@
 """Threads that share a zone never read or write what another thread writes before they wait."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,10 @@ from izo_ref.solvers.serial import group_pivot as group_pivot_module
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
 from izo_ref.solvers.serial.small_zone import Limits
+from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import problem_system
 from tests.helpers.logged import Log, logged
+from tests.solvers import test_group_pivot as on_one_thread
 from validation.scenes.piles import stack_zone
 from validation.study import group_zones
 
@@ -103,3 +106,58 @@ def test_the_study_counts_waits(monkeypatch):
     # nothing looks for hopeless constraints here.
     fewer = (group_zones.WAITS_OF_A_SOLVE + 4) * sum(result[1::2])
     assert expected - fewer <= len(log.sites) <= expected
+
+
+@pytest.mark.parametrize("sides", [(3, 4), (4, 3)])
+def test_zones_of_two_sizes_take_the_same_memory_one_after_the_other(monkeypatch, sides):
+    monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
+    log, zones = Log(3), []
+    sizes = work_of_group_pivot(100, 300, 100)
+    work = [logged(np.full(sizes[0], np.nan), log), logged(np.full(sizes[1], -7, np.int32), log)]
+    for n_side in sides:
+        problem = stack_zone(np.random.default_rng(SEED), 3, n_side, 1e3)
+        system, _ = problem_system([problem])
+        rows, n = scale_constraints(system), len(system.normals)
+        last = int(system.vertex_offsets[1])
+        own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
+        out = np.zeros(n), np.full(3 * last, np.nan)
+        read = *own, system.proposed[:last], LIMITS, np.zeros(0), *work
+        zones.append((log.group(), 0, n, 0, last, *read, *(logged(a, log) for a in out)))
+    log.run(lambda: [group_pivot(*arguments) for arguments in zones])
+    assert log.conflicts() == (0, [])
+
+
+@pytest.mark.filterwarnings("ignore:.*(divide by zero|overflow|invalid value)")
+@pytest.mark.parametrize("factor", [1e-310, 1e-150, 1e150])
+def test_zones_of_extraordinary_sizes_are_ordered(factor):
+    """At 1e-310, the reciprocal of the length of a zone overflows."""
+    zone = stack_zone(np.random.default_rng(SEED), 3, 3, 1e3)
+    own = zone.nodes, zone.weights, zone.normals, factor * zone.proposed, zone.masses
+    limits = LIMITS._replace(violation=factor * LIMITS.violation)
+    scaled = ZoneProblem(*own, factor * zone.thickness)
+    assert on_one_thread.pivoted(scaled, limits=limits).solved
+
+
+def max_of_gpu(a, b):
+    """Return what `max` is on a GPU: the other number, if one is NaN."""
+    return b if math.isnan(a) else a if math.isnan(b) else max(a, b)
+
+
+@pytest.mark.parametrize("largest", [max, max_of_gpu])
+@pytest.mark.parametrize("is_rest_satisfied", [False, True])
+def test_a_constraint_that_is_not_a_number_leaves_its_zone(monkeypatch, largest, is_rest_satisfied):
+    for module in (group_pivot_module, group_guess, group_order):
+        monkeypatch.setattr(module, "max", largest, raising=False)
+    system, _ = problem_system([stack_zone(np.random.default_rng(SEED), 3, 3, 1e3)])
+    rows, n, last = scale_constraints(system), len(system.normals), int(system.vertex_offsets[1])
+    rhs = np.full(n, -1.0) if is_rest_satisfied else rows.rhs.copy()
+    own = rows.unknowns, rows.coefficients, system.normals, rhs, rows.lengths
+    sizes = work_of_group_pivot(n, last, n)
+    work = np.zeros(0), np.full(sizes[0], np.nan), np.full(sizes[1], -7, np.int32)
+    found = []
+    for value in (rhs[1], np.nan):
+        rhs[1] = value
+        out = np.zeros(n), np.zeros(3 * last)
+        arguments = (ALONE, 0, n, 0, last, *own, system.proposed[:last], LIMITS, *work, *out)
+        found.append(group_pivot(*arguments)[0])
+    assert found == [True, False]

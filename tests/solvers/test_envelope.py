@@ -6,12 +6,14 @@ import pytest
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.serial.envelope import (
     AREA,
+    MOST_TILES,
     SIDE,
     Envelope,
     complete,
     count_tiles,
     dense_tiles,
     factorize,
+    fits,
     size_of,
     solve,
     tile_at,
@@ -96,3 +98,15 @@ def test_an_envelope_never_begins_before_the_row_above(rng):
             assert envelope.lasts[i] == np.flatnonzero(envelope.firsts <= i)[-1]
         places = [tile_at(envelope, i, j) for i in range(tiles) for j in range(own[0][i], i + 1)]
         assert places == list(range(0, size_of(envelope), AREA))
+
+
+@pytest.mark.parametrize(("tiles", "is_small"), [(5792, True), (5793, False), (92_682, False)])
+def test_a_dense_matrix_with_too_many_tiles_never_fits(tiles, is_small):
+    """5793 tile rows have numbers beyond 32 bits, and 92682 have more tiles than an i4 counts."""
+    envelope = Envelope(SIDE * tiles, tiles, *(np.zeros(tiles + k, np.int32) for k in (0, 0, 1)))
+    complete(envelope)
+    assert (np.diff(envelope.starts) >= 0).all()
+    room = np.lib.stride_tricks.as_strided(np.zeros(1), (10**14,), (0,))  # takes no memory
+    assert fits(envelope, room) == is_small
+    assert (dense_tiles(SIDE * tiles) <= MOST_TILES) == is_small
+    assert not fits(envelope, np.zeros(AREA))

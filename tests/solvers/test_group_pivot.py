@@ -161,3 +161,21 @@ def test_an_answer_that_is_too_far_off_counts_as_unsolved(rng):
     zone = random_zone(rng, 40, fresh_only=True)
     assert pivoted(zone).solved
     assert not pivoted(zone, limits=LIMITS._replace(farthest=1e-3)).solved
+
+
+def test_gap_and_violation_are_judged_apart(rng):
+    """The guess begins far off, so the loose limits end before the strict ones are reached."""
+    strict, loose, n_between = 1e-12, 1e-2, 0
+    for _ in range(5):
+        zone = pinch_zone(rng, 40)
+        own = {"last_solution": np.full(len(zone.nodes), 100.0)}
+        limits = [
+            LIMITS._replace(gap=gap, violation=violation * THICKNESS_M)
+            for gap, violation in ((loose, loose), (strict, loose), (loose, strict))
+        ]
+        found, exact, feasible = (pivoted(zone, limits=one, **own) for one in limits)
+        n_between += min(found.gap, found.violation_m / THICKNESS_M) > strict
+        assert not exact.solved or exact.gap <= strict
+        assert not feasible.solved or feasible.violation_m <= strict * THICKNESS_M
+        assert found.solved
+    assert n_between > 0

@@ -35,15 +35,21 @@ def some_zones(rng, sizes=SIZES, pinned=0.0):
     return zones
 
 
-def hopeless_zone(rng):
-    """Return a zone in which only a vertex of weight 0 could move, and two of ordinary vertices."""
+def hopeless_zone(rng, number=0):
+    """Return a zone of three impacts, in one of which only a vertex of weight 0 could move.
+
+    Args:
+        rng: The generator.
+        number: The number of this impact.
+    """
     zone = random_zone(rng, 1, fresh_only=True)
     masses = np.array([1.0, np.inf, np.inf, np.inf, *zone.masses])
     nodes = np.vstack(([0, 1, 2, 3], [0, 4, 5, 6], zone.nodes + 4))
     weights = np.vstack(([0.0, 1.0, -1.0, 0.0], zone.weights, zone.weights))
     normals = np.vstack(([0.0, 0.0, 1.0], zone.normals, zone.normals))
     proposed = np.vstack((np.zeros((4, 3)), zone.proposed))
-    rows = nodes.astype(np.int32), weights, normals, proposed, masses
+    order = np.insert([1, 2], number, 0)
+    rows = nodes.astype(np.int32)[order], weights[order], normals[order], proposed, masses
     return ZoneProblem(*rows, zone.thickness)
 
 
@@ -111,9 +117,10 @@ def test_what_is_left_is_not_touched(rng):
     assert step.counts[at.SOLVED] == n_listed - len(left)
 
 
+@pytest.mark.parametrize("number", [0, 1, 2])
 @pytest.mark.parametrize("size", ["SMALL", "MIDDLE", "LARGE"])
-def test_a_hopeless_impact_leaves_its_zone(rng, size):
-    step = listed_step([hopeless_zone(rng), *some_zones(rng, (1, 2))])
+def test_a_hopeless_impact_leaves_its_zone(rng, size, number):
+    step = listed_step([hopeless_zone(rng, number), *some_zones(rng, (1, 2))])
     n, zones = len(step.on_cpu), step.zones
     assert step_of_cpu(step).stuck.any()
     lists = {"SMALL": zones.small, "MIDDLE": zones.middle, "LARGE": zones.large}
@@ -122,6 +129,20 @@ def test_a_hopeless_impact_leaves_its_zone(rng, size):
     zones.counts[getattr(listed, size)] = n
     assert run(step).tolist() == [0]
     assert step.counts[at.SOLVED] == n - 1
+
+
+def test_constraints_begin_at_the_last_solution(rng):
+    """It is scaled as the constraints are; impacts that are not active in it begin at 0."""
+    step = listed_step(some_zones(rng))
+    assert len(run(step)) == 0
+    expected = step.answers.multipliers.copy()
+    assert np.count_nonzero(expected) > 20
+    step.arrays.multipliers[step.on_cpu.impacts[::3]] = 3.0
+    step.arrays.active[step.on_cpu.impacts[::3]] = False
+    expected[::3] = 0.0
+    write(step)
+    # a division by the length and a product with it are rounded
+    np.testing.assert_allclose(step.answers.multipliers, expected, rtol=2.0**-52, atol=0.0)
 
 
 def test_each_part_begins_its_counts_anew(rng):

@@ -3,6 +3,7 @@
 from validation.mutants.fault import Fault
 from validation.mutants.faults_certificate import CERTIFICATES
 from validation.mutants.faults_gpu_step import GPU_STEP
+from validation.mutants.faults_group_pivot import GROUP_PIVOT
 from validation.mutants.faults_lagrangian import LAGRANGIAN
 from validation.mutants.faults_loop import LOOPS
 from validation.mutants.faults_proofs import PROOFS
@@ -19,6 +20,7 @@ FAULTS: list[Fault] = [
     *ZONE,
     *SOLVERS,
     *RESIDUAL,
+    *GROUP_PIVOT,
     *LAGRANGIAN,
     *LOOPS,
     *GPU_STEP,

@@ -29,6 +29,8 @@ from izo_ref.base.serial.views import ONE, place
 # tile on the diagonal takes longer. Not measured on a GPU yet.
 SIDE, SHIFT = 16, 4
 AREA = SIDE * SIDE
+# Most tiles of a matrix: `place` has indices below 2^32, and an i4 counts the tiles.
+MOST_TILES = 1 << 24
 
 
 class Envelope(NamedTuple):
@@ -38,7 +40,7 @@ class Envelope(NamedTuple):
     n: AnyInt  # tile rows
     firsts: Ints  # (n,) i4, the first tile of each tile row; ascending
     lasts: Ints  # (n,) i4, the last tile of each tile column; ascending
-    starts: Ints  # (n + 1,) i4, how many tiles come before each tile row
+    starts: Ints  # (n + 1,) i4, how many tiles come before each tile row, MOST_TILES + 1 at most
 
 
 @inlined
@@ -70,7 +72,7 @@ def complete(envelope: Envelope) -> None:
     n_before, last = 0, 0
     for i in range(n):
         starts[i] = n_before
-        n_before += i - firsts[i] + 1
+        n_before = min(n_before + i - firsts[i] + 1, MOST_TILES + 1)
         while last + 1 < n and firsts[last + 1] <= i:
             last += 1
         lasts[i] = last
@@ -80,7 +82,13 @@ def complete(envelope: Envelope) -> None:
 @inlined
 def size_of(envelope: Envelope) -> int:
     """Return how many numbers the tiles have."""
-    return AREA * envelope.starts[envelope.n]
+    return AREA * int(envelope.starts[envelope.n])
+
+
+@inlined
+def fits(envelope: Envelope, a: Floats) -> bool:
+    """Return whether the tiles have room in memory, and indices that `place` can return."""
+    return envelope.starts[envelope.n] <= MOST_TILES and size_of(envelope) <= a.shape[0]
 
 
 @inlined

@@ -32,9 +32,10 @@ def order_constraints(zone: Zone, positions: Positions, memory: Memory) -> None:
     group, n = zone.group, zone.rhs.shape[0]
     axis, low, length = _longest_axis(zone, positions)
     keys, rank_of, size = memory.is_active, memory.places, group.size()
-    scale = PLACES / length if length > 0.0 else 0.0
     for j in range(group.rank(), n, size):
-        keys[j] = int(scale * (_middle(zone, positions, axis, low, j) - low))
+        share = (_middle(zone, positions, axis, low, j) - low) / length if length > 0.0 else 0.0
+        # a length that overflows makes shares that are not numbers, which have no place
+        keys[j] = int(PLACES * share) if share < 1.0 else PLACES
     group.wait()
     group_sort(group, n, keys, memory.order, memory.is_wrong, memory.active)
     for t in range(group.rank(), n, size):

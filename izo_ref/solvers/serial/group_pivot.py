@@ -21,6 +21,7 @@ from izo_ref.solvers.serial.envelope import (
     SIDE,
     Envelope,
     factorize,
+    fits,
     size_of,
     solve,
     tile_at,
@@ -109,11 +110,15 @@ def group_pivot(
     memory = memory_of(n, n_vertices, vectors, indices[n_vertices + 4 * n :])
     largest, longest = 0.0, 0.0
     for j in range(group.rank(), n, group.size()):
-        largest, longest = max(largest, zone.rhs[j]), max(longest, lengths[begin + j])
-        memory.earlier[j] = multipliers_out[begin + j]
+        value = zone.rhs[j]
+        # nothing satisfies a NaN; `max` would ignore it
+        largest = max(largest, value if value < np.inf else np.inf)
+        longest = max(longest, lengths[begin + j])
     # this wait is also one for threads that still read the same memory of the zone before
     largest, longest = group_maxima(group, largest, longest)
     link_entries(zone)
+    for j in range(group.rank(), n, group.size()):
+        memory.earlier[j] = multipliers_out[begin + j]
     solved, steps = True, 0
     if largest > 0.0:
         tolerance = max(limits.violation / longest, LEAST_TOLERANCE)
@@ -165,9 +170,9 @@ def _pivot(
         if changed:
             if step > 1:
                 envelope = number_active(zone, memory)
-            if size_of(envelope) > far.shape[0]:
+            if not fits(envelope, far):
                 return False, NO_ROOM
-            factor = near if size_of(envelope) <= near.shape[0] else far
+            factor = near if fits(envelope, near) else far
             _factorize_active(zone, memory, envelope, factor)
         _solve_active(zone, memory, envelope, factor)
         count = flag_wrong(zone, memory, slop)
@@ -178,7 +183,9 @@ def _pivot(
             fewest = min(count, fewest)
             continue
         violation, gap, z_norm = _residuals(zone, memory)
-        off = max(gap / gap_tolerance, violation / tolerance)
+        off = violation / tolerance
+        if not gap / gap_tolerance <= off:  # a NaN stays one, while `max` of a GPU ignores it
+            off = gap / gap_tolerance
         if off < TOLERATED_SLOP or 0.5 * last_off < off < STALLED_SLOP:
             return z_norm <= farthest, step
         fewest, since, last_off = zone.rhs.shape[0] + 1.0, 0, off
