@@ -187,6 +187,11 @@ class Options:
             )
         object.__setattr__(self, "plan", tuple(self.plan))  # the class is frozen
 
+    @property
+    def is_default_method(self) -> bool:
+        """Whether no method and no preset is named: a GPU then solves zones by block pivoting."""
+        return self.method == "auto" and self.preset is None
+
     def _check_combinations(self) -> None:
         own = None if self.preset is None else PRESET_METHODS[self.preset]
         if own and self.method not in ("auto", own):

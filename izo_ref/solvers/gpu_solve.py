@@ -80,18 +80,11 @@ class ZoneSolver:
             empty(n_zones, np.bool_),
             empty(n_zones, np.int32),
         )
-        if self.is_direct:
+        if self._options.is_default_method:
             n_numbers, n_indices = work_of_small_zone(SMALL, most_vertices(SMALL))
             self._slots = n_blocks, n_threads = fixed_launch(1, SLOTS)
             self._numbers = empty((n_blocks * n_threads, n_numbers), np.float64)
             self._indices = empty((n_blocks * n_threads, n_indices), np.int32)
-
-    @property
-    def is_direct(self) -> bool:
-        """Whether the launches of this class solve zones; they compute in float64 alone."""
-        options = self._options
-        is_auto = options.method == "auto" and options.preset is None
-        return is_auto and options.precision == "float64"
 
     def launches(self, zones: ListedZones, inputs: StepArrays, counts: GpuArray) -> list[Launch]:
         """Return the launches that write the constraints and solve the zones of the lists.
@@ -103,14 +96,25 @@ class ZoneSolver:
         """
         own = self.rows, self.answers, self._places, self.sizes, counts
         write = by_grid(kernels.write_rows, zones, inputs, *own)
-        if not self.is_direct:
+        if not self._options.is_default_method:
             return [write]
-        offsets = zones.impact_offsets, zones.vertex_offsets
+        own = zones.small, zones.middle, zones.large, zones.impact_offsets, zones.vertex_offsets
+        return [write, *self.launches_of_lists(*own)]
+
+    def launches_of_lists(
+        self,
+        small: GpuArray,
+        middle: GpuArray,
+        large: GpuArray,
+        impact_offsets: GpuArray,
+        vertex_offsets: GpuArray,
+    ) -> list[Launch]:
+        """Return the launches that solve the zones of lists, whose lengths are in `sizes`."""
+        offsets = impact_offsets, vertex_offsets
         return [
-            write,
-            self.launch_of_small(zones.small, *offsets),
-            self.launch_of_middle(zones.middle, *offsets),
-            self.launch_of_large(zones.large, zones.middle, *offsets),
+            self.launch_of_small(small, *offsets),
+            self.launch_of_middle(middle, *offsets),
+            self.launch_of_large(large, middle, *offsets),
         ]
 
     def launch_of_small(

@@ -75,17 +75,6 @@ METHOD_PARAMETERS = {
 }
 
 
-# The method of `solve_zone` on a GPU if none is named. Of the augmented-Lagrangian methods, this
-# one reaches 1e-9 on all families of zones but one (reports/inner.html), in 4 to 88 steps.
-GPU_METHOD: dict[str, Any] = {
-    "method": "newton",
-    "line_search": "exact",
-    "multiplier_update": "inner-solve",
-    "penalty": "grown",
-    "max_steps": 200,
-}
-
-
 class Preset(NamedTuple):
     """The parameters of another system (docs/method section 4)."""
 

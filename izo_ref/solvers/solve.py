@@ -7,9 +7,8 @@ solves the small zones side by side, one thread a zone, and then the large zones
 """
 
 import math
-from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import get_num_threads
@@ -25,7 +24,6 @@ from izo_ref.solvers.augmented_lagrangian import SolveOn, descend, run_on_cpu
 from izo_ref.solvers.cpu import zones as kernels
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.large_zone import solve_large_zone
-from izo_ref.solvers.presets import GPU_METHOD
 from izo_ref.solvers.scaled_constraints import (
     ScaledConstraints,
     SystemSolution,
@@ -39,6 +37,7 @@ from izo_ref.solvers.serial.small_zone import (
     Limits,
     choose_small_zones,
 )
+from izo_ref.solvers.serial.zone_buffers import ZoneAnswers
 from izo_ref.solvers.sweeps import sweep
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution, require_factors, require_problem
 from izo_ref.zones.problem_in_range import problem_in_range, solution_back
@@ -84,7 +83,8 @@ def solve_system(
             step. The augmented-Lagrangian methods and the sweeps can do so.
         start: (n_impacts,) f8 [kg], multipliers of the last solution, 0 for impacts that it did
             not have.
-        device: `cpu` or `cuda`. With `cuda`, the method `auto` is `newton`.
+        device: `cpu` or `cuda`. With `cuda`, the method `auto` is block pivoting for zones of all
+            sizes, and the CPU solves what that does not solve.
         deadline: When the solvers of the CPU have to end.
 
     Returns:
@@ -96,15 +96,18 @@ def solve_system(
         OutOfTimeError: The deadline has passed.
     """
     constraints = scale_constraints(system)
-    if checks.device(device) == "cuda":
-        options, solve_on_gpu = _choose_gpu_method(options)
-        return descend(system, options, constraints, trace, solve_on_gpu)
+    on_gpu = checks.device(device) == "cuda"
+    if on_gpu and not options.is_default_method:
+        return descend(system, options, constraints, trace, _choose_gpu_method(options))
     if options.method in LAGRANGIAN or options.preset is not None:
         run = partial(run_on_cpu, deadline=deadline)
         return descend(system, options, constraints, trace, run)
     if options.method in SWEEPS:
         return sweep(system, options, constraints, trace, deadline)
-    answers = _solve_small_zones(system, options, constraints, deadline)
+    if on_gpu:
+        answers = _solve_on_gpu(system, options, constraints, start)
+    else:
+        answers = _solve_small_zones(system, options, constraints, deadline)
     # The interior point takes the zones that are not solved so far: neither the size of a zone
     # nor dependent constraints hinder it, and it judges better what is infeasible.
     if options.method in ("auto", "interior-point"):
@@ -167,6 +170,29 @@ def _solve_small_zones(
             np.empty(n_indices * n_slots, np.int32),
         )
     return _Answers(multipliers, z, multipliers > 0.0, methods, solved, steps)
+
+
+def _solve_on_gpu(
+    system: ZoneSystem,
+    options: Options,
+    constraints: ScaledConstraints,
+    start: Multipliers | None,
+) -> _Answers:
+    """Solve the zones on a GPU by block pivoting."""
+    solve = implementation("cuda", _no_gpu, "izo_ref.solvers.gpu_system:solve_on_gpu")
+    found = solve(system, options, constraints, start)
+    z = np.zeros((len(system.proposed), 3))
+    z[: len(found.z) // 3] = found.z.reshape(-1, 3)
+    methods = np.full(len(found.solved), BLOCK_PIVOT, np.int8)
+    steps = np.maximum(found.steps, 0)
+    return _Answers(
+        found.multipliers, z, found.multipliers > 0.0, methods, found.solved.copy(), steps
+    )
+
+
+def _no_gpu(*arguments: Any) -> ZoneAnswers:
+    """Stand for the implementation of a CPU, which there is not."""
+    raise NotImplementedError
 
 
 def _small_zones_of_method(options: Options, n_impacts: int) -> tuple[int, int, int]:
@@ -233,19 +259,14 @@ def _keep_centre(z: Floats, sqrt_masses: Floats) -> None:
         z -= moment * (sqrt_masses / (sqrt_masses**2).sum())[:, None]
 
 
-def _choose_gpu_method(options: Options) -> tuple[Options, SolveOn]:
-    """Return options in which a GPU's method replaces `auto`, and the function that runs it."""
-    if options.method not in ("auto", *LAGRANGIAN) and options.preset is None:
+def _choose_gpu_method(options: Options) -> SolveOn:
+    """Return the function that runs a method of the augmented Lagrangian on a GPU."""
+    if options.method not in LAGRANGIAN and options.preset is None:
         raise DeviceUnavailableError(
-            f"device 'cuda': method {options.method!r} runs on the CPU only; a GPU runs "
+            f"device 'cuda': method {options.method!r} runs on the CPU only; a GPU runs 'auto', "
             f"{', '.join(LAGRANGIAN)} and the presets"
         )
-    solve_on_gpu = implementation(
-        "cuda", run_on_cpu, "izo_ref.solvers.gpu_augmented_lagrangian:run_on_gpu"
-    )
-    if options.method == "auto" and options.preset is None:
-        options = replace(options, **GPU_METHOD)
-    return options, solve_on_gpu
+    return implementation("cuda", run_on_cpu, "izo_ref.solvers.gpu_augmented_lagrangian:run_on_gpu")
 
 
 def solve_zone(
@@ -281,7 +302,8 @@ def solve_zone(
         trace: Whether to record the objective and the violation after each step. The
             augmented-Lagrangian methods and the sweeps can do so.
         device: `cpu`, or `cuda` for an augmented-Lagrangian method or a preset. With `cuda`,
-            the method `auto` is `newton`.
+            the method `auto` is block pivoting for zones of all sizes, and the CPU solves what that
+            does not solve.
 
     Returns:
         The solution. Its residuals are computed outside the solver.

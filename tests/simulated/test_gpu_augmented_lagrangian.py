@@ -141,13 +141,6 @@ def test_presets_have_the_trace_of_the_cpu(rng, monkeypatch, preset):
     assert np.array_equal(found.trace, expected.trace)
 
 
-def test_the_default_method_of_a_gpu_is_newton(rng, monkeypatch):
-    blocks_of(monkeypatch, 3, 2)
-    found = izo_ref.solve_zone(random_problem(rng, 5, mass_ratio=1e3), device="cuda")
-    assert found.method == "newton"
-    assert found.residuals.solved(1e-9, 1e-9)
-
-
 def test_methods_of_the_cpu_alone_are_refused_on_a_gpu(rng):
     with pytest.raises(DeviceUnavailableError, match="'interior-point' runs on the CPU only"):
         izo_ref.solve_zone(random_problem(rng, 2), "interior-point", device="cuda")

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 from unittest.mock import patch
 
 import numpy as np
@@ -117,16 +117,10 @@ def _prepared(problem: ZoneProblem, n_copies: int) -> tuple[ZoneSystem, Any, Any
         one thread a zone, by one block a zone, and by all blocks, one zone after the other.
     """
     from izo_ref.base.gpu_arrays import to_gpu
-    from izo_ref.solvers.gpu_solve import ZoneSolver
+    from izo_ref.solvers.gpu_system import solver_of_system
 
     system, _ = problem_system([problem] * n_copies)
-    scaled = scale_constraints(system)
-    n = int(system.vertex_offsets[-1])
-    room = n_copies, len(scaled.rhs), n
-    solver: Any = ZoneSolver(n, problem.thickness, Options(), room)
-    own = scaled.unknowns, scaled.coefficients, system.normals, *scaled[2:], system.proposed[:n]
-    for values, values_out in zip(own, cast(tuple[Any, ...], solver.rows), strict=True):
-        values_out.copy_to_device(np.ascontiguousarray(values))
+    solver: Any = solver_of_system(system, Options(), scale_constraints(system))
     sizes = np.zeros(at.N_SIZES, np.int64)
     sizes[[at.SMALL, at.MIDDLE, at.LARGE]] = n_copies
     begin, copies = to_gpu(sizes), to_gpu(np.arange(n_copies))
@@ -140,9 +134,5 @@ def _prepared(problem: ZoneProblem, n_copies: int) -> tuple[ZoneSystem, Any, Any
 
         return run
 
-    launches = [
-        solver.launch_of_small(copies, *offsets),
-        solver.launch_of_middle(copies, *offsets),
-        solver.launch_of_large(copies, copies, *offsets),
-    ]
+    launches = solver.launches_of_lists(copies, copies, copies, *offsets)
     return system, solver, [from_the_start(launch) for launch in launches]
