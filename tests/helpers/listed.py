@@ -169,9 +169,10 @@ def write(step, group: ThreadGroup = ALONE):
     )
 
 
-def solve_small(step, slot=0, n_slots=1, options=None, most=MOST_SMALL):
+def solve_small(step, slot=0, n_slots=1, options=None, most=MOST_SMALL, work=None):
     """Solve the small zones of a slot, whose work space fits zones of `most` impacts."""
     n_numbers, n_indices = work_of_small_zone(most, most_vertices(most))
+    numbers, indices = work or (np.full(n_numbers, np.nan), np.full(n_indices, -7, np.int32))
     solve_in_slot(
         slot,
         n_slots,
@@ -182,8 +183,8 @@ def solve_small(step, slot=0, n_slots=1, options=None, most=MOST_SMALL):
         step.rows,
         limits_of(step, options or Options()),
         CLOSED_FORM,
-        np.full(n_numbers, np.nan),
-        np.full(n_indices, -7, np.int32),
+        numbers,
+        indices,
         step.answers,
     )
 

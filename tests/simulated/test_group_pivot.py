@@ -16,7 +16,6 @@ from izo_ref.solvers.serial.small_zone import Limits
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.system import problem_system
 from tests.helpers.logged import Log, logged
-from tests.solvers import test_group_pivot as on_one_thread
 from validation.scenes.piles import stack_zone
 from validation.study import group_zones
 
@@ -108,21 +107,36 @@ def test_the_study_counts_waits(monkeypatch):
     assert expected - fewer <= len(log.sites) <= expected
 
 
+def arrays_of(problem):
+    """Return the arrays of a zone that `group_pivot` reads, and u and z, which it writes."""
+    system, _ = problem_system([problem])
+    rows, last = scale_constraints(system), int(system.vertex_offsets[1])
+    own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
+    out = np.zeros(len(rows.rhs)), np.full(3 * last, np.nan)
+    return (*own, system.proposed[:last]), out
+
+
+def is_solved(read, out, limits=LIMITS):
+    """Return whether one thread solves a zone."""
+    n, last = len(out[0]), len(out[1]) // 3
+    sizes = work_of_group_pivot(n, last, envelope.dense_tiles(n))
+    work = np.zeros(0), np.full(sizes[0], np.nan), np.full(sizes[1], -7, np.int32)
+    solved, _ = group_pivot(ALONE, 0, n, 0, last, *read, limits, *work, *out)
+    return solved
+
+
 @pytest.mark.parametrize("sides", [(3, 4), (4, 3)])
 def test_zones_of_two_sizes_take_the_same_memory_one_after_the_other(monkeypatch, sides):
     monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
     log, zones = Log(3), []
-    sizes = work_of_group_pivot(100, 300, 100)
+    sizes = work_of_group_pivot(100, 300, envelope.dense_tiles(100))
     work = [logged(np.full(sizes[0], np.nan), log), logged(np.full(sizes[1], -7, np.int32), log)]
     for n_side in sides:
         problem = stack_zone(np.random.default_rng(SEED), 3, n_side, 1e3)
-        system, _ = problem_system([problem])
-        rows, n = scale_constraints(system), len(system.normals)
-        last = int(system.vertex_offsets[1])
-        own = rows.unknowns, rows.coefficients, system.normals, rows.rhs, rows.lengths
-        out = np.zeros(n), np.full(3 * last, np.nan)
-        read = *own, system.proposed[:last], LIMITS, np.zeros(0), *work
-        zones.append((log.group(), 0, n, 0, last, *read, *(logged(a, log) for a in out)))
+        read, out = arrays_of(problem)
+        whole = 0, len(out[0]), 0, len(out[1]) // 3
+        own = *read, LIMITS, np.zeros(0), *work, *(logged(a, log) for a in out)
+        zones.append((log.group(), *whole, *own))
     log.run(lambda: [group_pivot(*arguments) for arguments in zones])
     assert log.conflicts() == (0, [])
 
@@ -135,7 +149,7 @@ def test_zones_of_extraordinary_sizes_are_ordered(factor):
     own = zone.nodes, zone.weights, zone.normals, factor * zone.proposed, zone.masses
     limits = LIMITS._replace(violation=factor * LIMITS.violation)
     scaled = ZoneProblem(*own, factor * zone.thickness)
-    assert on_one_thread.pivoted(scaled, limits=limits).solved
+    assert is_solved(*arrays_of(scaled), limits)
 
 
 def max_of_gpu(a, b):
@@ -148,16 +162,11 @@ def max_of_gpu(a, b):
 def test_a_constraint_that_is_not_a_number_leaves_its_zone(monkeypatch, largest, is_rest_satisfied):
     for module in (group_pivot_module, group_guess, group_order):
         monkeypatch.setattr(module, "max", largest, raising=False)
-    system, _ = problem_system([stack_zone(np.random.default_rng(SEED), 3, 3, 1e3)])
-    rows, n, last = scale_constraints(system), len(system.normals), int(system.vertex_offsets[1])
-    rhs = np.full(n, -1.0) if is_rest_satisfied else rows.rhs.copy()
-    own = rows.unknowns, rows.coefficients, system.normals, rhs, rows.lengths
-    sizes = work_of_group_pivot(n, last, n)
-    work = np.zeros(0), np.full(sizes[0], np.nan), np.full(sizes[1], -7, np.int32)
-    found = []
-    for value in (rhs[1], np.nan):
-        rhs[1] = value
-        out = np.zeros(n), np.zeros(3 * last)
-        arguments = (ALONE, 0, n, 0, last, *own, system.proposed[:last], LIMITS, *work, *out)
-        found.append(group_pivot(*arguments)[0])
-    assert found == [True, False]
+    read, out = arrays_of(stack_zone(np.random.default_rng(SEED), 3, 3, 1e3))
+    rhs = read[3]
+    if is_rest_satisfied:
+        rhs[:] = -1.0
+    assert is_solved(read, out)
+    rhs[1] = np.nan
+    out[0][:] = 0.0
+    assert not is_solved(read, out)

@@ -8,10 +8,12 @@ import pytest
 from izo_ref.base.arrays import Flags, Floats, Ints
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.scaled_constraints import scale_constraints
+from izo_ref.solvers.serial import group_pivot as pivoting
 from izo_ref.solvers.serial.constraints import residuals
 from izo_ref.solvers.serial.envelope import SIDE, dense_tiles
-from izo_ref.solvers.serial.group_memory import work_of_group_pivot
+from izo_ref.solvers.serial.group_memory import memory_of, vector_size, work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
+from izo_ref.solvers.serial.group_zone import Zone, link_entries, product, pull
 from izo_ref.solvers.serial.small_zone import Limits
 from izo_ref.solvers.solve import solve_zone
 from izo_ref.zones.problem import ZoneProblem
@@ -179,3 +181,25 @@ def test_gap_and_violation_are_judged_apart(rng):
         assert not feasible.solved or feasible.violation_m <= strict * THICKNESS_M
         assert found.solved
     assert n_between > 0
+
+
+@pytest.mark.parametrize("scale", [0.0, 1.0])
+def test_residuals_are_those_of_a_small_zone(rng, scale):
+    """One thread adds the same terms in the same order."""
+    for n in (1, 2, 40):
+        system, _ = problem_system([random_zone(rng, n, fresh_only=True)])
+        rows, last = scale_constraints(system), int(system.vertex_offsets[1])
+        work = np.zeros(vector_size(n, last)), np.zeros(12 * n + 4 * last + 9, np.int32)
+        memory = memory_of(n, last, *work)
+        own = rows.unknowns, rows.coefficients, system.normals, rows.rhs
+        lists = np.full(last, -7, np.int32), np.full(4 * n, -7, np.int32)
+        zone = Zone(ALONE, 0, *own, *lists)
+        link_entries(zone)
+        memory.u[:] = scale * rng.random(n)
+        pull(zone, memory.u, memory.z)
+        memory.products[:] = [product(zone, j, memory.z) for j in range(n)]
+        *found, norm = pivoting._residuals(zone, memory)
+        expected = residuals(0, *own, np.ones(n), memory.u, memory.z)
+        assert found == list(expected)
+        # both sums of squares have `3 last` terms, which are not negative
+        assert abs(norm - np.linalg.norm(memory.z)) <= (3 * last + 2) * 2.0**-52 * norm

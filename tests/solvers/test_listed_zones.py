@@ -7,7 +7,10 @@ from izo_ref.base.options import Options
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.serial import listed_zones
 from izo_ref.solvers.serial import zone_buffers as at
+from izo_ref.solvers.serial.envelope import dense_tiles
+from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import NO_ROOM
+from izo_ref.solvers.serial.small_zone import work_of_small_zone
 from izo_ref.zones.problem import ZoneProblem
 from izo_ref.zones.serial import listed_zones as listed
 from tests.helpers.listed import (
@@ -22,7 +25,7 @@ from tests.helpers.listed import (
     take_answers,
     write,
 )
-from validation.scenes.zones import random_zone
+from validation.scenes.zones import THICKNESS_M, random_zone
 
 SIZES = (1, 1, 2, 3, 5, 8, 8, 9, 20, 33, 60, 61, 70)  # impacts of zones: of all three lists
 
@@ -51,6 +54,16 @@ def hopeless_zone(rng, number=0):
     order = np.insert([1, 2], number, 0)
     rows = nodes.astype(np.int32)[order], weights[order], normals[order], proposed, masses
     return ZoneProblem(*rows, zone.thickness)
+
+
+def all_active_zone(rng, n):
+    """Return a zone of n violated impacts, which share one vertex."""
+    nodes = 1 + np.arange(3 * n).reshape(n, 3)
+    nodes = np.column_stack((np.zeros(n), nodes)).astype(np.int32)
+    proposed, masses = np.zeros((3 * n + 1, 3)), np.ones(3 * n + 1)
+    weights, normals = np.tile([1.0, -0.3, -0.3, -0.4], (n, 1)), rng.normal(size=(n, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    return ZoneProblem(nodes, weights, normals, proposed, masses, THICKNESS_M)
 
 
 @pytest.mark.parametrize("pinned", [0.0, 0.3])
@@ -222,6 +235,30 @@ def test_all_threads_solve_the_middle_zones_that_had_no_room(rng):
     take_answers(step)
     assert step.counts[at.LEFT] == 0
     assert np.array_equal(step.arrays.positions, expected.arrays.positions)
+
+
+@pytest.mark.parametrize("missing", [(0, 0), (1, 0), (0, 1)])
+@pytest.mark.parametrize(
+    ("n", "solve", "work_of"),
+    [
+        (7, solve_small, work_of_small_zone),
+        (
+            20,
+            solve_middle,
+            lambda n, n_vertices: work_of_group_pivot(n, n_vertices, dense_tiles(n)),
+        ),
+        (61, solve_large, lambda n, n_vertices: work_of_group_pivot(n, n_vertices, dense_tiles(n))),
+    ],
+)
+def test_no_number_of_the_work_space_can_be_missing(rng, n, solve, work_of, missing):
+    step = listed_step([all_active_zone(rng, n)])
+    sizes = work_of(n, len(step.on_cpu.vertices))
+    numbers, indices = (size - short for size, short in zip(sizes, missing, strict=True))
+    write(step)
+    solve(step, work=(np.full(numbers, np.nan), np.full(indices, -7, np.int32)))
+    take_answers(step)
+    assert step.counts[at.SOLVED] == (missing == (0, 0))
+    assert step.counts[at.LEFT] == (missing != (0, 0))
 
 
 def test_slots_solve_each_zone_once(rng):
