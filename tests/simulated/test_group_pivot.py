@@ -8,7 +8,7 @@ import pytest
 
 from izo_ref.base.serial.thread_group import ALONE
 from izo_ref.solvers.scaled_constraints import scale_constraints
-from izo_ref.solvers.serial import envelope, group_guess, group_memory, group_order
+from izo_ref.solvers.serial import envelope, envelope_solve, group_guess, group_memory, group_order
 from izo_ref.solvers.serial import group_pivot as group_pivot_module
 from izo_ref.solvers.serial.group_memory import work_of_group_pivot
 from izo_ref.solvers.serial.group_pivot import group_pivot
@@ -55,7 +55,7 @@ def solved(seed, group, log, near_size=0):
 @pytest.fixture(autouse=True)
 def _small_tiles(monkeypatch):
     """Use tiles of 4 x 4, so that a zone that is solved in seconds has several tile columns."""
-    for module in (envelope, group_memory, group_order, group_pivot_module):
+    for module in (envelope, envelope_solve, group_memory, group_order, group_pivot_module):
         for name, value in (("SIDE", 4), ("SHIFT", 2), ("AREA", 16)):
             if hasattr(module, name):
                 monkeypatch.setattr(module, name, value)

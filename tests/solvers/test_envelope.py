@@ -15,9 +15,9 @@ from izo_ref.solvers.serial.envelope import (
     factorize,
     fits,
     size_of,
-    solve,
     tile_at,
 )
+from izo_ref.solvers.serial.envelope_solve import solve
 
 
 def envelope_of(matrix):

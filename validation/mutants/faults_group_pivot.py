@@ -41,7 +41,7 @@ GROUP_PIVOT = [
     ),
     _fault(
         "tile-rows-begin-too-late",
-        ENVELOPE,
+        "envelope_solve.py",
         "    column, own = group.team.rank() + SIDE * envelope.firsts[k], SIDE * k\n",
         "    column, own = group.team.rank() + SIDE * (envelope.firsts[k] + 1), SIDE * k\n",
         "The transposed solve leaves out the first tile of each tile row.",

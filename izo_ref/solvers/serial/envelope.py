@@ -23,7 +23,7 @@ from typing import NamedTuple
 from izo_ref.base.arrays import AnyInt, Floats, Ints
 from izo_ref.base.compile import compiled, inlined
 from izo_ref.base.serial.thread_group import ThreadGroup
-from izo_ref.base.serial.views import ONE, place
+from izo_ref.base.serial.views import place
 
 # Rows of a tile. With more, fewer tile columns wait for each other, and the team that factors a
 # tile on the diagonal takes longer. Not measured on a GPU yet.
@@ -113,13 +113,13 @@ def factorize(group: ThreadGroup, envelope: Envelope, a: Floats, scales_out: Flo
     """
     if envelope.n == 0:
         return
-    if _is_last_team(group):
+    if is_last_team(group):
         _factor_tile(group, a, tile_at(envelope, 0, 0), 0, scales_out)
     group.wait()
     for k in range(envelope.n - 1):
         _scale_below(group, envelope, k, a, scales_out)
         group.wait()
-        if _is_last_team(group):
+        if is_last_team(group):
             _take_diagonal(group, envelope, k, a)
             _factor_tile(group, a, tile_at(envelope, k + 1, k + 1), k + 1, scales_out)
         _take_products(group, envelope, k, a)
@@ -127,7 +127,8 @@ def factorize(group: ThreadGroup, envelope: Envelope, a: Floats, scales_out: Flo
 
 
 @compiled
-def _is_last_team(group: ThreadGroup) -> bool:
+def is_last_team(group: ThreadGroup) -> bool:
+    """Return whether a thread is in the team that has a task of its own."""
     return group.team.number() == group.team.count() - 1
 
 
@@ -221,97 +222,3 @@ def _take_product(a: Floats, own: AnyInt, left: AnyInt, above: AnyInt, entry: An
         total += a[x] * a[y]
         x, y = place(x + SIDE), place(y + SIDE)
     a[place(own + entry)] -= total
-
-
-@compiled
-def solve(group: ThreadGroup, envelope: Envelope, a: Floats, scales: Floats, x: Floats) -> None:
-    """Solve L L^T x' = x in place; all threads have to see x before, and see x' afterwards.
-
-    One team solves. There is too little to do for more threads in a tile column, and the threads of
-    a team wait for each other in less time.
-
-    Args:
-        group: The threads.
-        envelope: Where the tiles are.
-        a: L, as `factorize` left it.
-        scales: What `factorize` wrote.
-        x: (>= SIDE envelope.n,) f8.
-    """
-    if _is_last_team(group):
-        for k in range(envelope.n):
-            _solve_tile(group, a, tile_at(envelope, k, k), scales, k, x)
-            _take_below(group, envelope, k, a, x)
-        for k in range(envelope.n - 1, -1, -1):
-            _solve_tile_back(group, a, tile_at(envelope, k, k), scales, k, x)
-            _take_left(group, envelope, k, a, x)
-    group.wait()
-
-
-@compiled
-def _solve_tile(
-    group: ThreadGroup, a: Floats, at: AnyInt, scales: Floats, k: AnyInt, x: Floats
-) -> None:
-    """Solve with tile k on the diagonal, by the threads of a team, which see x afterwards."""
-    rank, size, own = group.team.rank(), group.team.size(), SIDE * k
-    for c in range(SIDE):
-        value, r = x[place(own + c)] * scales[place(own + c)], rank
-        while r < SIDE:
-            if r > c:
-                x[place(own + r)] -= value * a[place(at + c * SIDE + r)]
-            r += size
-        group.team.wait()
-    _scale(group, own, scales, x)
-
-
-@compiled
-def _solve_tile_back(
-    group: ThreadGroup, a: Floats, at: AnyInt, scales: Floats, k: AnyInt, x: Floats
-) -> None:
-    """Solve with tile k on the diagonal, transposed, by the threads of a team, which see x."""
-    rank, size, own = group.team.rank(), group.team.size(), SIDE * k
-    for c in range(SIDE - 1, -1, -1):
-        value, r = x[place(own + c)] * scales[place(own + c)], rank
-        while r < c:
-            x[place(own + r)] -= value * a[place(at + r * SIDE + c)]
-            r += size
-        group.team.wait()
-    _scale(group, own, scales, x)
-
-
-@compiled
-def _scale(group: ThreadGroup, own: AnyInt, scales: Floats, x: Floats) -> None:
-    """Multiply the unknowns of a tile by the reciprocals of the diagonal of L."""
-    r, size = group.team.rank(), group.team.size()
-    while r < SIDE:
-        x[place(own + r)] *= scales[place(own + r)]
-        r += size
-    group.team.wait()
-
-
-@compiled
-def _take_below(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats, x: Floats) -> None:
-    """Take the products of tile column k with its unknowns from x below, by a team."""
-    row, end, own = group.team.rank() + SIDE * (k + 1), SIDE * (envelope.lasts[k] + 1), SIDE * k
-    while row < end:
-        at, total = place(tile_at(envelope, row >> SHIFT, k) + (row & (SIDE - 1))), 0.0
-        for c in range(SIDE):
-            total += a[at] * x[place(own + c)]
-            at = place(at + SIDE)
-        x[place(row)] -= total
-        row += group.team.size()
-    group.team.wait()
-
-
-@compiled
-def _take_left(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats, x: Floats) -> None:
-    """Take the products of tile row k, transposed, with its unknowns from x above, by a team."""
-    column, own = group.team.rank() + SIDE * envelope.firsts[k], SIDE * k
-    row_at = tile_at(envelope, k, 0)
-    while column < own:
-        at, total = place(row_at + SIDE * column), 0.0
-        for r in range(SIDE):
-            total += a[at] * x[place(own + r)]
-            at = place(at + ONE)
-        x[place(column)] -= total
-        column += group.team.size()
-    group.team.wait()

@@ -23,9 +23,9 @@ from izo_ref.solvers.serial.envelope import (
     factorize,
     fits,
     size_of,
-    solve,
     tile_at,
 )
+from izo_ref.solvers.serial.envelope_solve import solve
 from izo_ref.solvers.serial.exchange_rules import (
     FALLS,
     MAX_STEPS,
