@@ -63,11 +63,18 @@ def implementation(device: str, on_cpu: Function, on_gpu: str) -> Function:
     Raises:
         DeviceUnavailableError: `device` is `cuda`, and numba-cuda, a driver or a GPU is missing.
     """
-    return on_cpu if device == "cpu" else _import_for_gpu(on_gpu)
+    return on_cpu if device == "cpu" else import_for_gpu(on_gpu)
 
 
-def _import_for_gpu(name: str) -> Any:
-    """Import a function that works on a GPU, named as `module:function`, after a GPU was found."""
+def import_for_gpu(name: str) -> Any:
+    """Import a function that works on a GPU, after a GPU was found.
+
+    Args:
+        name: `module:function`.
+
+    Raises:
+        DeviceUnavailableError: numba-cuda, a driver or a GPU is missing.
+    """
     require_gpu()
     module, function = name.split(":")
     return getattr(import_module(module), function)
@@ -174,7 +181,7 @@ def copy_to_cpu(name: str, array: Any) -> Any:
     """
     if not is_on_gpu(array):
         return array
-    view = _import_for_gpu("izo_ref.base.gpu_interop:viewed")
+    view = import_for_gpu("izo_ref.base.gpu_interop:viewed")
     try:
         # bound to the default stream, so that the copy is complete when this returns
         return view(array).bind().copy_to_host()

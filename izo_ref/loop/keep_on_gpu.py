@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from izo_ref.base.devices import implementation
+from izo_ref.base.devices import import_for_gpu
 from izo_ref.base.options import Options
 from izo_ref.loop.simulation import GpuScene
 from izo_ref.scene import Scene
@@ -27,11 +27,5 @@ def keep_on_gpu(
         OptionError: The scene is not of this kind.
         ThicknessError: As for `resolve`.
     """
-    return implementation("cuda", _on_cpu, "izo_ref.loop.gpu_scene:ResidentScene")(
-        scene, thickness, options
-    )
-
-
-def _on_cpu(scene: Scene, thickness: float | None, options: Options | None) -> GpuScene:
-    """Stand for the implementation of a CPU, which there is not."""
-    raise NotImplementedError
+    make = import_for_gpu("izo_ref.loop.gpu_scene:ResidentScene")
+    return make(scene, thickness, options)

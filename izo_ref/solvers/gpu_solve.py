@@ -4,8 +4,6 @@ All buffers are made once. How many zones there are is known on the GPU alone, s
 prepared once, too.
 """
 
-from collections.abc import Callable
-
 import numpy as np
 
 from izo_ref.base.arrays import GpuArray
@@ -15,6 +13,7 @@ from izo_ref.base.gpu_launch import by_grid
 from izo_ref.base.options import Options
 from izo_ref.solvers import gpu_pivoting
 from izo_ref.solvers.cuda import listed_zones as kernels
+from izo_ref.solvers.gpu_pivoting import Launch
 from izo_ref.solvers.interior_point import FARTHEST
 from izo_ref.solvers.serial import zone_buffers as at
 from izo_ref.solvers.serial.listed_zones import most_vertices
@@ -34,8 +33,6 @@ SMALL = 16
 # Threads of a multiprocessor that solve small zones. Each has work space for the largest of them:
 # 24 KB, so 205 MB are needed for 132 multiprocessors. With zones of 32 impacts it would be 89 KB.
 SLOTS = 64
-
-Launch = Callable[..., None]
 
 
 class ZoneSolver:
@@ -58,7 +55,7 @@ class ZoneSolver:
     def __init__(
         self, n_vertices: int, thickness: float, options: Options, room: tuple[int, int, int]
     ) -> None:
-        """Allocate all buffers."""
+        """Allocate the buffers; a launch has its work space."""
         self._options, (n_zones, m, n) = options, room
         self.most_small, self.most_middle = min(SMALL, options.small_zone), gpu_pivoting.LARGEST
         self._places = empty(n_vertices, np.int32)
@@ -80,11 +77,6 @@ class ZoneSolver:
             empty(n_zones, np.bool_),
             empty(n_zones, np.int32),
         )
-        if self._options.is_default_method:
-            n_numbers, n_indices = work_of_small_zone(SMALL, most_vertices(SMALL))
-            self._slots = n_blocks, n_threads = fixed_launch(1, SLOTS)
-            self._numbers = empty((n_blocks * n_threads, n_numbers), np.float64)
-            self._indices = empty((n_blocks * n_threads, n_indices), np.int32)
 
     def launches(self, zones: ListedZones, inputs: StepArrays, counts: GpuArray) -> list[Launch]:
         """Return the launches that write the constraints and solve the zones of the lists.
@@ -110,32 +102,14 @@ class ZoneSolver:
         vertex_offsets: GpuArray,
     ) -> list[Launch]:
         """Return the launches that solve the zones of lists, whose lengths are in `sizes`."""
-        offsets = impact_offsets, vertex_offsets
-        return [
-            self.launch_of_small(small, *offsets),
-            self.launch_of_middle(middle, *offsets),
-            self.launch_of_large(large, middle, *offsets),
-        ]
-
-    def launch_of_small(
-        self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
-    ) -> Launch:
-        """Return the launch that solves a list of small zones, one thread a zone."""
+        own = impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits
         single = CLOSED_FORM if "closed-form" in self._options.rules else BLOCK_PIVOT
-        own = zones, impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, single
-        more = self.answers, self._numbers, self._indices
-        return kernels.solve_list_in_slots.prepare(*self._slots, *own, *more)
-
-    def launch_of_middle(
-        self, zones: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
-    ) -> Launch:
-        """Return the launch that solves a list of middle zones, one block a zone."""
-        own = impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, self.answers
-        return gpu_pivoting.launch_in_blocks(zones, *own)
-
-    def launch_of_large(
-        self, large: GpuArray, middle: GpuArray, impact_offsets: GpuArray, vertex_offsets: GpuArray
-    ) -> Launch:
-        """Return the launch that solves large zones, and middle ones that had no room."""
-        own = impact_offsets, vertex_offsets, self.sizes, self.rows, self._limits, self.answers
-        return gpu_pivoting.launch_by_grid(large, middle, *own)
+        n_blocks, n_threads = fixed_launch(1, SLOTS)
+        n_numbers, n_indices = work_of_small_zone(SMALL, most_vertices(SMALL))
+        numbers = empty((n_blocks * n_threads, n_numbers), np.float64)
+        indices = empty((n_blocks * n_threads, n_indices), np.int32)
+        more = single, self.answers, numbers, indices
+        return [
+            kernels.solve_list_in_slots.prepare(n_blocks, n_threads, small, *own, *more),
+            *gpu_pivoting.launches_of_pivoting(middle, large, *own, self.answers),
+        ]

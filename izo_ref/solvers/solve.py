@@ -8,7 +8,7 @@ solves the small zones side by side, one thread a zone, and then the large zones
 
 import math
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import get_num_threads
@@ -16,7 +16,7 @@ from numba import get_num_threads
 from izo_ref.base import checks
 from izo_ref.base.arrays import Codes, Flags, Floats, Ints, Multipliers
 from izo_ref.base.deadline import UNLIMITED, Deadline
-from izo_ref.base.devices import implementation
+from izo_ref.base.devices import import_for_gpu
 from izo_ref.base.errors import DeviceUnavailableError, SizeError
 from izo_ref.base.options import LAGRANGIAN, SWEEPS, Options
 from izo_ref.base.units import require_ratio
@@ -37,7 +37,6 @@ from izo_ref.solvers.serial.small_zone import (
     Limits,
     choose_small_zones,
 )
-from izo_ref.solvers.serial.zone_buffers import ZoneAnswers
 from izo_ref.solvers.sweeps import sweep
 from izo_ref.zones.problem import ZoneProblem, ZoneSolution, require_factors, require_problem
 from izo_ref.zones.problem_in_range import problem_in_range, solution_back
@@ -179,20 +178,13 @@ def _solve_on_gpu(
     start: Multipliers | None,
 ) -> _Answers:
     """Solve the zones on a GPU by block pivoting."""
-    solve = implementation("cuda", _no_gpu, "izo_ref.solvers.gpu_system:solve_on_gpu")
+    solve = import_for_gpu("izo_ref.solvers.gpu_system:solve_on_gpu")
     found = solve(system, options, constraints, start)
     z = np.zeros((len(system.proposed), 3))
     z[: len(found.z) // 3] = found.z.reshape(-1, 3)
     methods = np.full(len(found.solved), BLOCK_PIVOT, np.int8)
     steps = np.maximum(found.steps, 0)
-    return _Answers(
-        found.multipliers, z, found.multipliers > 0.0, methods, found.solved.copy(), steps
-    )
-
-
-def _no_gpu(*arguments: Any) -> ZoneAnswers:
-    """Stand for the implementation of a CPU, which there is not."""
-    raise NotImplementedError
+    return _Answers(found.multipliers, z, found.multipliers > 0.0, methods, found.solved, steps)
 
 
 def _small_zones_of_method(options: Options, n_impacts: int) -> tuple[int, int, int]:
@@ -266,7 +258,7 @@ def _choose_gpu_method(options: Options) -> SolveOn:
             f"device 'cuda': method {options.method!r} runs on the CPU only; a GPU runs 'auto', "
             f"{', '.join(LAGRANGIAN)} and the presets"
         )
-    return implementation("cuda", run_on_cpu, "izo_ref.solvers.gpu_augmented_lagrangian:run_on_gpu")
+    return import_for_gpu("izo_ref.solvers.gpu_augmented_lagrangian:run_on_gpu")
 
 
 def solve_zone(

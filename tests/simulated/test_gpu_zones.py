@@ -36,7 +36,7 @@ def _same_limits(monkeypatch):
     monkeypatch.setattr(group_guess, "GUESS_STEPS", GUESS_STEPS)
     monkeypatch.setattr(solve, "SMALL", helper.MOST_SMALL)
     monkeypatch.setattr(pivoting, "LARGEST", helper.MOST_MIDDLE)
-    monkeypatch.setattr(pivoting, "MOST_TILES", dense_tiles(helper.MOST_MIDDLE))
+    monkeypatch.setattr(pivoting, "TILES_OF_BLOCK", dense_tiles(helper.MOST_MIDDLE))
     monkeypatch.setattr(pivoting, "THREADS", 2)
 
 

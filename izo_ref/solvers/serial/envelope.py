@@ -5,7 +5,7 @@ not zero to the diagonal, and L has no entry outside of it. So if rows are numbe
 of a zone, L is narrow: a row has entries for its neighbours, and not for all rows before it.
 
 The envelope is kept in tiles of SIDE x SIDE numbers. Tile row i has the tiles from `firsts[i]` to
-i, one behind the other, and each of them column by column. No row begins before the row above it,
+i, one after the other, and each of them column by column. No row begins before the row above it,
 so that the tile rows with an entry in a tile column are neighbours, too.
 
 For each tile column, the threads wait twice. They compute its tiles below the diagonal, wait, and
@@ -52,7 +52,7 @@ def count_tiles(n: AnyInt) -> int:
 @inlined
 def dense_tiles(n: AnyInt) -> int:
     """Return how many tiles n rows have, if every row begins at column 0."""
-    tiles = (n + SIDE - 1) >> SHIFT
+    tiles = count_tiles(n)
     return (tiles * (tiles + 1)) >> 1
 
 
@@ -190,7 +190,7 @@ def _take_diagonal(group: ThreadGroup, envelope: Envelope, k: AnyInt, a: Floats)
         own, left = tile_at(envelope, k + 1, k + 1), tile_at(envelope, k + 1, k)
         entry, size = group.team.rank(), group.team.size()
         while entry < AREA:
-            if entry & (SIDE - 1) >= entry >> SHIFT:
+            if (entry & (SIDE - 1)) >= (entry >> SHIFT):  # on or below the diagonal
                 _take_product(a, own, left, left, entry)
             entry += size
 

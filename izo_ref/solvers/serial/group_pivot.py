@@ -5,7 +5,7 @@ constraints is guessed, (C_F C_F^T + rho) u_F = s_F + rho v_F gives all multipli
 on the wrong side change sides, by the same rules. Two things differ.
 
 * The factors are kept in their envelope (`envelope.py`), with the constraints in an order along the
-  zone (`group_order.py`). A group follows a regular pattern faster than that of a minimum degree.
+  zone (`group_order.py`), so that all threads follow one regular pattern.
 * The last solution, if there is one, is only where the guess starts (`group_guess.py`).
 """
 
@@ -84,8 +84,8 @@ def group_pivot(
         numbers: f8, work space; `work_of_group_pivot` says how much. A zone whose factor does not
             fit is not solved.
         indices: i4, work space; `work_of_group_pivot` says how much.
-        multipliers_out: (n_impacts,) f8 [m kg^1/2], u; begin..end are written. The last solution
-            before, or 0, from which the guess starts.
+        multipliers_out: (n_impacts,) f8 [m kg^1/2], u; begin..end are written. Before that, they
+            have the last solution, or 0, from which the guess starts.
         z_out: (3 n_unknowns,) f8 [m kg^1/2]; the coordinates of first..last are written.
 
     Returns:
